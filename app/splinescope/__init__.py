@@ -1,0 +1,1 @@
+"""The browser workbench of B-spline SLAM."""

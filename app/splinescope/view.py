@@ -1,0 +1,99 @@
+"""What the page shows at one moment, as values: the session makes a View, the scene draws it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.association import Association
+from bspline_slam.bspline import BSpline
+from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.scan import LaserScan
+from bspline_slam.segmentation import ScanSegment
+from bspline_slam.spline_map import SplineMap
+
+
+class Layer(Enum):
+    """Everything that can be switched; the value is its label in the page."""
+
+    BEAMS = "Beams"
+    NO_RETURN = "No-return beams"
+    SEGMENTS = "Segments"
+    FITS = "Fitted curves"
+    FIT_POINTS = "Control points of the fit"
+    FIT_ELLIPSES = "2σ ellipses of the fit (86 %)"
+    BREAKS = "Breakpoints and corners"
+    ASSOCIATIONS = "Associations"
+    SPLINES = "Map splines"
+    CONTROL_POINTS = "Map control points"
+    ELLIPSES = "2σ ellipses of the map (86 %)"
+    ESTIMATE = "Trajectory (estimate)"
+    ODOMETRY = "Trajectory (odometry)"
+    TRUTH = "Trajectory (truth)"
+    LOOPS = "Loop closures"
+    GRID = "Grid"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FittedSegment:
+    """A segment with the curve fitted to it: robot frame, covariance of the stacked control points (c_1x, c_1y,
+    …)."""
+
+    segment: ScanSegment
+    curve: BSpline | None
+    covariance: Float[np.ndarray, "d d"] | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ScanView:
+    """The scan under the cursor, placed in the world by `pose`."""
+
+    scan: LaserScan
+    pose: Float[np.ndarray, "3"]
+    key: bool
+    lost: bool
+    segments: tuple[FittedSegment, ...]
+    associations: tuple[Association, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MapView:
+    """The map and the paths; a new object whenever anything in it changed, the same object otherwise.
+
+    Paths are (m, 3) poses in the world frame, None where the log has none; odometry and truth come already aligned
+    to the start of the estimate.
+    """
+
+    map: SplineMap
+    covariances: dict[int, Float[np.ndarray, "d d"]]
+    key_poses: Float[np.ndarray, "n 3"]
+    key_scans: tuple[int, ...]
+    loop_closures: tuple[LoopClosure, ...]
+    estimate: Float[np.ndarray, "m 3"]
+    odometry: Float[np.ndarray, "m 3"] | None
+    truth: Float[np.ndarray, "m 3"] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What was clicked: `kind` is "segment" (id: segment index of the current scan), "spline" (id: spline id),
+    "control point"
+    (id: spline id, sub: number of the control point) or "key pose" (id: scan index)."""
+
+    kind: str
+    id: int
+    sub: int = 0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """One frame of the page."""
+
+    map: MapView | None = None
+    scan: ScanView | None = None
+    layers: frozenset[Layer] = field(default_factory=frozenset)
+    selection: Selection | None = None
+    dark: bool = True

@@ -1,0 +1,232 @@
+"""B-spline curves in the plane as values: evaluate, differentiate, project, cut with rays, insert knots, extend."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from bspline_slam.errors import GeometryError
+
+
+def clamped_knots(count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
+    """Clamped uniform knot vector on [0, 1] for `count` control points (paper, section 2.1)."""
+    inner = np.linspace(0.0, 1.0, count - degree + 1)
+    return np.concatenate([np.zeros(degree), inner, np.ones(degree)])
+
+
+def uniform_knots(start: float, spacing: float, count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
+    """Uniform knot vector whose domain starts at `start`, for `count` control points.
+
+    Such a curve grows by appending control points: the ones it has keep their place and their meaning.
+    """
+    return start + spacing * (np.arange(count + degree + 1) - degree)
+
+
+def basis_rows(
+    knots: Float[np.ndarray, "knots"], degree: int, t: Float[np.ndarray, "m"], derivative: int = 0
+) -> tuple[Int[np.ndarray, "m"], Float[np.ndarray, "m k"]]:
+    """The k = degree + 1 basis functions that do not vanish at each t (Cox–de Boor; paper, eqs 2–3).
+
+    Returns the index of the first of them and their values (or `derivative`-th derivatives). Parameters outside
+    the domain
+    continue the polynomial of the end piece.
+    """
+    count = len(knots) - degree - 1
+    t = np.asarray(t, dtype=float)
+    last = int(np.searchsorted(knots, knots[count], side="left")) - 1
+    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
+    values = np.ones((len(t), 1))
+    for p in range(1, degree + 1):
+        raised = np.zeros((len(t), p + 1))
+        differentiate = p > degree - derivative
+        for r in range(p):
+            low, high = knots[span - p + 1 + r], knots[span + 1 + r]
+            width = high - low
+            if differentiate:
+                slope = p * values[:, r] / width
+                raised[:, r] -= slope
+                raised[:, r + 1] += slope
+            else:
+                raised[:, r] += (high - t) / width * values[:, r]
+                raised[:, r + 1] += (t - low) / width * values[:, r]
+        values = raised
+    return span - degree, values
+
+
+@dataclass(frozen=True, eq=False)
+class BSpline:
+    """A planar B-spline curve s(t) = Σ_i c_i β_i(t) of `degree` (order k = degree + 1) (paper, eq. 1).
+
+    `knots` (n + degree + 1, non-decreasing) and `control_points` (n, 2), metres. The domain is [knots[degree],
+    knots[n]].
+    """
+
+    degree: int
+    knots: Float[np.ndarray, "knots"]
+    control_points: Float[np.ndarray, "n 2"]
+
+    def __post_init__(self) -> None:
+        count = len(self.control_points)
+        if self.degree < 1:
+            raise GeometryError(f"a spline needs a degree of at least 1, got {self.degree}")
+        if count < self.degree + 1:
+            raise GeometryError(
+                f"degree-{self.degree} spline needs at least {self.degree + 1} control points, got {count}"
+            )
+        if len(self.knots) != count + self.degree + 1:
+            raise GeometryError(
+                f"{count} control points of degree {self.degree} need {count + self.degree + 1} knots, "
+                f"got {len(self.knots)}"
+            )
+        if np.any(np.diff(self.knots) < 0) or not self.knots[self.degree] < self.knots[count]:
+            raise GeometryError("knots must not decrease, and the domain must not be empty")
+
+    # -- values ------------------------------------------------------------------------------------------------
+    @property
+    def domain(self) -> tuple[float, float]:
+        """First and last parameter at which all k basis functions live."""
+        return float(self.knots[self.degree]), float(self.knots[len(self.control_points)])
+
+    def __call__(self, t: Float[np.ndarray, "m"], derivative: int = 0) -> Float[np.ndarray, "m 2"]:
+        """Points of the curve at t (or its `derivative`-th derivative by t)."""
+        first, values = basis_rows(self.knots, self.degree, np.atleast_1d(t), derivative)
+        index = first[:, None] + np.arange(self.degree + 1)
+        return np.einsum("mk,mkd->md", values, self.control_points[index])
+
+    def basis(self, t: Float[np.ndarray, "m"], derivative: int = 0) -> Float[np.ndarray, "m n"]:
+        """Collocation matrix B_ji = β_i(t_j) (paper, eq. 7)."""
+        t = np.atleast_1d(t)
+        first, values = basis_rows(self.knots, self.degree, t, derivative)
+        out = np.zeros((len(t), len(self.control_points)))
+        np.put_along_axis(out, first[:, None] + np.arange(self.degree + 1), values, axis=1)
+        return out
+
+    def normals(self, t: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m 2"]:
+        """Unit normals, the tangent turned left."""
+        tangent = self(t, derivative=1)
+        tangent = tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+        return np.stack([-tangent[:, 1], tangent[:, 0]], -1)
+
+    @cached_property
+    def _dense(self) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
+        breaks = np.unique(np.clip(self.knots, *self.domain))
+        t = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in zip(breaks, breaks[1:], strict=False)]))
+        return t, self(t)
+
+    def sample(
+        self, spacing: float, span: tuple[float, float] | None = None
+    ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
+        """Parameters and points at most about `spacing` metres apart, over the domain or a part of it."""
+        a, b = span or self.domain
+        coarse = np.linspace(a, b, 4 * len(self.control_points) + 1)
+        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self(coarse), axis=0), axis=1))])
+        wanted = np.linspace(0.0, length[-1], max(int(np.ceil(length[-1] / spacing)), 1) + 1)
+        t = np.interp(wanted, length, coarse)
+        return t, self(t)
+
+    def length(self, span: tuple[float, float] | None = None) -> float:
+        """Arc length (m)."""
+        a, b = span or self.domain
+        return float(
+            np.linalg.norm(np.diff(self(np.linspace(a, b, 16 * len(self.control_points))), axis=0), axis=1).sum()
+        )
+
+    # -- where things meet the curve ---------------------------------------------------------------------------
+    def foot_points(self, points: Float[np.ndarray, "m 2"], iterations: int = 8) -> Float[np.ndarray, "m"]:
+        """Parameter of the nearest curve point of each point, inside the domain (Newton from the nearest of dense
+        samples)."""
+        points = np.atleast_2d(points)
+        dense_t, dense = self._dense
+        nearest = np.argmin(((points[:, None] - dense[None]) ** 2).sum(-1), axis=1)
+        low, high = dense_t[np.maximum(nearest - 1, 0)], dense_t[np.minimum(nearest + 1, len(dense_t) - 1)]
+        t = dense_t[nearest]
+        for _ in range(iterations):
+            off, d1, d2 = self(t) - points, self(t, 1), self(t, 2)
+            gradient = (off * d1).sum(1)
+            curvature = (d1 * d1).sum(1) + (off * d2).sum(1)
+            safe = np.where(curvature > 1e-12, curvature, (d1 * d1).sum(1) + 1e-12)
+            t = np.clip(t - gradient / safe, low, high)
+        return t
+
+    def ray_hits(
+        self, origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
+    ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+        """First hit of each ray: range (m) and parameter; NaN where a ray misses. Directions are unit vectors."""
+        dense_t, dense = self._dense
+        off = dense - origin
+        across = directions[:, :1] * off[None, :, 1] - directions[:, 1:] * off[None, :, 0]
+        crosses = (across[:, :-1] * across[:, 1:] <= 0) & (across[:, :-1] != across[:, 1:])
+        ray, piece = np.nonzero(crosses)
+        a, b = across[ray, piece], across[ray, piece + 1]
+        low, high = dense_t[piece].copy(), dense_t[piece + 1].copy()
+        t = low + (high - low) * a / (a - b)
+        u = directions[ray]
+        for _ in range(30):
+            rel = self(t) - origin if len(t) else np.zeros((0, 2))
+            value = u[:, 0] * rel[:, 1] - u[:, 1] * rel[:, 0]
+            if len(t) == 0 or np.max(np.abs(value)) < 1e-13:
+                break
+            same = np.sign(value) == np.sign(a)
+            low, high = np.where(same, t, low), np.where(same, high, t)
+            d = self(t, 1)
+            slope = u[:, 0] * d[:, 1] - u[:, 1] * d[:, 0]
+            newton = t - value / np.where(np.abs(slope) > 1e-12, slope, np.inf)
+            t = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
+        ranges = np.full(len(directions), np.nan)
+        parameters = np.full(len(directions), np.nan)
+        if len(t):
+            distance = (u * (self(t) - origin)).sum(1)
+            ahead = distance > 1e-9
+            order = np.lexsort((distance[ahead], ray[ahead]))
+            rays, first = np.unique(ray[ahead][order], return_index=True)
+            ranges[rays] = distance[ahead][order][first]
+            parameters[rays] = t[ahead][order][first]
+        return ranges, parameters
+
+    # -- changed curves ----------------------------------------------------------------------------------------
+    def insert_knot(self, t: float) -> BSpline:
+        """The same curve with one more knot at t (Boehm)."""
+        a, b = self.domain
+        if not a < t < b:
+            raise GeometryError(f"a knot can be inserted inside ({a:g}, {b:g}), not at {t:g}")
+        span = int(np.searchsorted(self.knots, t, side="right")) - 1
+        k, p = self.knots, self.degree
+        rows = []
+        for i in range(len(self.control_points) + 1):
+            if i <= span - p:
+                rows.append(self.control_points[i])
+            elif i > span:
+                rows.append(self.control_points[i - 1])
+            else:
+                weight = (t - k[i]) / (k[i + p] - k[i])
+                rows.append(weight * self.control_points[i] + (1 - weight) * self.control_points[i - 1])
+        return BSpline(p, np.insert(k, span + 1, t), np.array(rows))
+
+    def extended(self, before: int = 0, after: int = 0) -> BSpline:
+        """A uniform curve grown by control points at its ends, continuing its end pieces in a straight line.
+
+        The control points it has keep their values, so the curve on the old domain does not change.
+        """
+        spacing = float(self.knots[self.degree + 1] - self.knots[self.degree])
+        c = self.control_points
+        head = c[0] + np.arange(before, 0, -1)[:, None] * (c[0] - c[1])
+        tail = c[-1] + np.arange(1, after + 1)[:, None] * (c[-1] - c[-2])
+        start = self.domain[0] - before * spacing
+        grown = np.concatenate([head, c, tail])
+        return BSpline(self.degree, uniform_knots(start, spacing, len(grown), self.degree), grown)
+
+    def with_control_points(self, control_points: Float[np.ndarray, "n 2"]) -> BSpline:
+        """The same basis with other control points."""
+        return BSpline(self.degree, self.knots, np.asarray(control_points, dtype=float))
+
+    def reversed(self) -> BSpline:
+        """The same curve run through from its other end."""
+        return BSpline(self.degree, (self.knots[0] + self.knots[-1] - self.knots)[::-1], self.control_points[::-1])
+
+    def active(self, span: tuple[float, float]) -> Bool[np.ndarray, "n"]:
+        """Control points that shape the curve somewhere inside `span`."""
+        reach = np.arange(len(self.control_points))
+        return (self.knots[reach + self.degree + 1] > span[0]) & (self.knots[reach] < span[1])

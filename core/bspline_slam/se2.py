@@ -1,0 +1,75 @@
+"""Poses of the plane, vectorised: a pose is (x, y, θ), arrays of poses are (..., 3); metres and radians.
+
+`pose_world_robot` maps robot coordinates to world coordinates, so
+`compose(pose_world_robot, pose_robot_sensor)` is the pose of the sensor in the world.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+Pose = Float[np.ndarray, "*batch 3"]
+IDENTITY: Float[np.ndarray, "3"] = np.zeros(3)
+
+
+def wrap(angle: Float[np.ndarray, "*batch"] | float) -> Float[np.ndarray, "*batch"]:
+    """Angle in (−π, π]."""
+    return -((-np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def rotation(angle: Float[np.ndarray, "*batch"] | float) -> Float[np.ndarray, "*batch 2 2"]:
+    """Rotation matrices R(θ)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+
+
+def compose(a: Pose, b: Pose) -> Pose:
+    """a ⊕ b: the pose b, given in frame a, in the frame that a is given in."""
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
+    return np.stack(
+        [
+            a[..., 0] + c * b[..., 0] - s * b[..., 1],
+            a[..., 1] + s * b[..., 0] + c * b[..., 1],
+            wrap(a[..., 2] + b[..., 2]),
+        ],
+        -1,
+    )
+
+
+def inverse(a: Pose) -> Pose:
+    """⊖a: the pose with compose(a, inverse(a)) = identity."""
+    a = np.asarray(a, dtype=float)
+    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
+    return np.stack([-c * a[..., 0] - s * a[..., 1], s * a[..., 0] - c * a[..., 1], wrap(-a[..., 2])], -1)
+
+
+def between(a: Pose, b: Pose) -> Pose:
+    """⊖a ⊕ b: the pose b seen from a."""
+    return compose(inverse(a), b)
+
+
+def transform(a: Pose, points: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:
+    """Points given in frame a, in the frame that a is given in. `a` is one pose or one per point."""
+    a, points = np.asarray(a, dtype=float), np.asarray(points, dtype=float)
+    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([a[..., 0] + c * x - s * y, a[..., 1] + s * x + c * y], -1)
+
+
+def rotate(a: Pose, vectors: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:
+    """Directions given in frame a, in the frame that a is given in."""
+    turn = np.array(a, dtype=float)
+    turn[..., :2] = 0.0
+    return transform(turn, vectors)
+
+
+def interpolate(a: Pose, b: Pose, fraction: Float[np.ndarray, "*batch"] | float) -> Pose:
+    """The pose at `fraction` of the way from a to b: straight in position, shortest in angle."""
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    f = np.asarray(fraction, dtype=float)[..., None]
+    step = np.concatenate([b[..., :2] - a[..., :2], wrap(b[..., 2] - a[..., 2])[..., None]], -1)
+    out = a + f * step
+    out[..., 2] = wrap(out[..., 2])
+    return out

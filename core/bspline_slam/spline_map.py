@@ -1,0 +1,63 @@
+"""The map: splines with ids that last, each with the stretch of curve that scans support."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.bspline import BSpline
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MapSpline:
+    """One landmark: a curve in the world frame.
+
+    `span` is the stretch of parameters that scans support (the curve is not drawn or matched beyond it).
+    `born` is the index of the scan that started it, `observations` how many key scans saw it, and `history`
+    one sentence per thing that happened to it (`grew by 0.8 m at scan 120`).
+    """
+
+    id: int
+    curve: BSpline
+    span: tuple[float, float]
+    born: int
+    observations: int = 1
+    history: tuple[str, ...] = ()
+
+    def sample(self, spacing: float) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
+        """Parameters and world points of the supported stretch, about `spacing` metres apart."""
+        return self.curve.sample(spacing, self.span)
+
+    @property
+    def length(self) -> float:
+        """Length of the supported stretch (m)."""
+        return self.curve.length(self.span)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SplineMap:
+    """All splines, by id in increasing order."""
+
+    splines: tuple[MapSpline, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.splines)
+
+    def __iter__(self) -> Iterator[MapSpline]:
+        return iter(self.splines)
+
+    def __getitem__(self, spline_id: int) -> MapSpline:
+        for spline in self.splines:
+            if spline.id == spline_id:
+                return spline
+        raise KeyError(f"the map has no spline {spline_id}")
+
+    def __contains__(self, spline_id: int) -> bool:
+        return any(spline.id == spline_id for spline in self.splines)
+
+    @property
+    def control_point_count(self) -> int:
+        return sum(len(spline.curve.control_points) for spline in self.splines)
