@@ -12,8 +12,7 @@ class Verdict(Enum):
     MATCHED = "matched"  # it saw a spline of the map
     EXTENDED = "extended"  # it saw a spline and made it longer
     NEW = "new"  # it started a spline
-    GATED = "gated out"  # its best candidate lies beyond the gate, and it is too short or too lonely to start a
-    spline
+    GATED = "gated out"  # its best candidate lies beyond the gate, and it is too short to start a spline
     IGNORED = "ignored"  # left out (clutter, or by hand)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -113,7 +114,7 @@ class BSpline:
     @cached_property
     def _dense(self) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
         breaks = np.unique(np.clip(self.knots, *self.domain))
-        t = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in zip(breaks, breaks[1:], strict=False)]))
+        t = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in pairwise(breaks)]))
         return t, self(t)
 
     def sample(
