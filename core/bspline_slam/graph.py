@@ -1,8 +1,7 @@
 """The least-squares problem as a value: derived from segments, associations and the map, never edited.
 
 Unknowns are the poses of the key scans (n, 3) and the control points of all splines, stacked (N, 2). Every
-residual is written
-whitened, so the cost is ½ Σ ρ(‖e‖²) and χ² = Σ ‖e‖².
+residual is written whitened, so the cost is ½ Σ ρ(‖e‖²) and χ² = Σ ‖e‖².
 """
 
 from __future__ import annotations
@@ -11,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
+
+from bspline_slam import se2
 
 Kernel = float | None
 """None: plain least squares. c: Cauchy, ρ(s) = c² log(1 + s/c²) of the squared norm s of the whitened residual."""
@@ -26,10 +27,26 @@ class SplineFactor:
 
     pose: int
     first: int
-    A: Float[np.ndarray, "r 2m"]
+    A: Float[np.ndarray, "r d"]
     b: Float[np.ndarray, "r"]
     readings: int = 0
     constant: float = 0.0
+
+    def residual(
+        self, pose: Float[np.ndarray, "3"], control_points: Float[np.ndarray, "m 2"]
+    ) -> Float[np.ndarray, "r"]:
+        """e of the observing pose and the m observed control points, both in the world frame."""
+        return self.A @ se2.transform(se2.inverse(pose), control_points).ravel() - self.b
+
+    def jacobians(
+        self, pose: Float[np.ndarray, "3"], control_points: Float[np.ndarray, "m 2"]
+    ) -> tuple[Float[np.ndarray, "r 3"], Float[np.ndarray, "r 2m"]]:
+        """∂e/∂(x, y, θ) and ∂e/∂vec(c): ∂q_i/∂c_i = Rᵀ = −∂q_i/∂x, ∂q_i/∂θ = (q_iy, −q_ix)."""
+        points_robot = se2.transform(se2.inverse(pose), control_points)
+        by_point = (self.A.reshape(-1, len(control_points), 2) @ se2.rotation(pose[2]).T).reshape(self.A.shape)
+        by_turn = self.A @ (points_robot[:, ::-1] * (1.0, -1.0)).ravel()
+        by_position = -by_point.reshape(-1, len(control_points), 2).sum(axis=1)
+        return np.column_stack([by_position, by_turn]), by_point
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,6 +63,21 @@ class PoseFactor:
     kind: str = "odometry"
     kernel: Kernel = None
 
+    def residual(self, pose_i: Float[np.ndarray, "3"], pose_j: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
+        """e of the two poses in the world frame."""
+        return self.sqrt_information @ se2.between(self.measured, se2.between(pose_i, pose_j))
+
+    def jacobians(
+        self, pose_i: Float[np.ndarray, "3"], pose_j: Float[np.ndarray, "3"]
+    ) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3 3"]]:
+        """∂e/∂(x_i, y_i, θ_i) and ∂e/∂(x_j, y_j, θ_j)."""
+        turn = se2.rotation(-pose_i[2] - self.measured[2])
+        x, y = turn @ (pose_j[:2] - pose_i[:2])
+        by_i, by_j = np.zeros((3, 3)), np.eye(3)
+        by_i[:2, :2], by_i[:2, 2], by_i[2, 2] = -turn, (y, -x), -1.0
+        by_j[:2, :2] = turn
+        return self.sqrt_information @ by_i, self.sqrt_information @ by_j
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PosePrior:
@@ -55,13 +87,18 @@ class PosePrior:
     mean: Float[np.ndarray, "3"]
     sqrt_information: Float[np.ndarray, "3 3"]
 
+    def residual(self, pose: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
+        """e of the pose; its Jacobian is `sqrt_information`."""
+        difference = pose - self.mean
+        return self.sqrt_information @ np.append(difference[:2], se2.wrap(difference[2]))
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShapePrior:
     """A linear statement on consecutive control points of one spline in the world: e = A · vec(c) − b, A (r, 2m)."""
 
     first: int
-    A: Float[np.ndarray, "r 2m"]
+    A: Float[np.ndarray, "r d"]
     b: Float[np.ndarray, "r"]
 
 

@@ -9,16 +9,16 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-Pose = Float[np.ndarray, "*batch 3"]
+Pose = Float[np.ndarray, "*#batch 3"]
 IDENTITY: Float[np.ndarray, "3"] = np.zeros(3)
 
 
-def wrap(angle: Float[np.ndarray, "*batch"] | float) -> Float[np.ndarray, "*batch"]:
+def wrap(angle: Float[np.ndarray, "*#batch"] | float) -> Float[np.ndarray, "*#batch"]:
     """Angle in (−π, π]."""
-    return -((-np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
+    return np.asarray(-((-np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi))
 
 
-def rotation(angle: Float[np.ndarray, "*batch"] | float) -> Float[np.ndarray, "*batch 2 2"]:
+def rotation(angle: Float[np.ndarray, "*#batch"] | float) -> Float[np.ndarray, "*#batch 2 2"]:
     """Rotation matrices R(θ)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
@@ -50,7 +50,7 @@ def between(a: Pose, b: Pose) -> Pose:
     return compose(inverse(a), b)
 
 
-def transform(a: Pose, points: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:
+def transform(a: Pose, points: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarray, "*#batch 2"]:
     """Points given in frame a, in the frame that a is given in. `a` is one pose or one per point."""
     a, points = np.asarray(a, dtype=float), np.asarray(points, dtype=float)
     c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
@@ -58,14 +58,14 @@ def transform(a: Pose, points: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarra
     return np.stack([a[..., 0] + c * x - s * y, a[..., 1] + s * x + c * y], -1)
 
 
-def rotate(a: Pose, vectors: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:
+def rotate(a: Pose, vectors: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarray, "*#batch 2"]:
     """Directions given in frame a, in the frame that a is given in."""
     turn = np.array(a, dtype=float)
     turn[..., :2] = 0.0
     return transform(turn, vectors)
 
 
-def interpolate(a: Pose, b: Pose, fraction: Float[np.ndarray, "*batch"] | float) -> Pose:
+def interpolate(a: Pose, b: Pose, fraction: Float[np.ndarray, "*#batch"] | float) -> Pose:
     """The pose at `fraction` of the way from a to b: straight in position, shortest in angle."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     f = np.asarray(fraction, dtype=float)[..., None]
