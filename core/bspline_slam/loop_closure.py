@@ -1,20 +1,56 @@
-"""Places seen again: candidates, verification, and the verdict on each."""
+"""Places seen again: candidates, search inside the pose uncertainty, verification, and the verdict on each."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
+
+from bspline_slam import se2
+from bspline_slam.graph import PoseFactor
+from bspline_slam.scan_matching import Match, MatchingConfig, gather, likelihood_field, refine, search
+from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
+
+
+@dataclass(frozen=True, slots=True)
+class LoopConfig:
+    """Which earlier places are tried (m travelled since, m apart), how far the search reaches, and what is believed.
+
+    The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted closure, at most to
+    `most_reach`. A closure found in a window wider than `sure_reach` waits until a second one, at most `confirm_travel` on,
+    agrees with it within `agree_distance` and `agree_turn`.
+    """
+
+    least_travel: float = 8.0
+    radius: float = 3.5
+    half_width: int = 6
+    tries: int = 2
+    apart: int = 15
+    least_reach: float = 0.4
+    drift: float = 0.03
+    most_reach: float = 6.0
+    least_turn: float = np.deg2rad(8.0)
+    turn_drift: float = np.deg2rad(0.4)
+    most_turn: float = np.deg2rad(40.0)
+    wide_block: int = 8
+    least_score: float = 0.55
+    least_inliers: float = 0.6
+    sure_reach: float = 1.0
+    confirm_travel: float = 8.0
+    agree_distance: float = 0.25
+    agree_turn: float = np.deg2rad(4.0)
+    kernel: float = 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LoopClosure:
     """A proposed tie between two key scans, by scan index.
 
-    `measured` is the pose of `scan` seen from `earlier`, with `covariance`; `score` the correlation (0…1) and
-    `inliers` the share of beams
-    that lie on the earlier map; `accepted` the verdict and `reason` its sentence.
+    `measured` is the pose of `scan` seen from `earlier`, with `covariance` (frame of `scan`); `score` the
+    correlation (0…1) and `inliers` the share of beams that lie on the earlier map; `accepted` the verdict and
+    `reason` its sentence.
     """
 
     earlier: int
@@ -25,3 +61,133 @@ class LoopClosure:
     inliers: float
     accepted: bool
     reason: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Proposal:
+    """A closure in key-scan numbers, with the reach of the window in which it was found."""
+
+    i: int
+    j: int
+    closure: LoopClosure
+    reach: float
+
+    def factor(self, config: LoopConfig) -> PoseFactor:
+        sqrt_information = np.linalg.cholesky(np.linalg.inv(self.closure.covariance)).T
+        return PoseFactor(self.i, self.j, self.closure.measured, sqrt_information, "loop", config.kernel)
+
+
+def candidates(keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], reach: float, config: LoopConfig) -> list[int]:
+    """Key scans worth comparing with the last one: travelled away from since, near by, and apart from each other."""
+    travel = np.array([key.travel for key in keys])
+    away = np.hypot(*(poses[:, :2] - poses[-1, :2]).T)
+    old = travel < travel[-1] - config.least_travel
+    near = np.flatnonzero(old & (away < config.radius + reach))
+    turned = np.abs(se2.wrap(poses[near, 2] - poses[-1, 2]))
+    chosen: list[int] = []
+    for k in near[np.argsort(away[near] + 0.5 * turned)]:
+        if all(abs(int(k) - other) > config.apart for other in chosen):
+            chosen.append(int(k))
+        if len(chosen) == config.tries:
+            break
+    return chosen
+
+
+def window(travelled: float, config: LoopConfig) -> tuple[float, float]:
+    """Reach (m) and turn (rad) of the search after so many metres without an accepted closure."""
+    reach = min(config.least_reach + config.drift * travelled, config.most_reach)
+    turn = min(config.least_turn + config.turn_drift * travelled, config.most_turn)
+    return reach, turn
+
+
+def propose(
+    keys: Sequence[KeyScan],
+    poses: Float[np.ndarray, "n 3"],
+    i: int,
+    travelled: float,
+    config: LoopConfig,
+    matching: MatchingConfig,
+    tracking: TrackingConfig,
+) -> Proposal:
+    """Match the last key scan to the surroundings of key scan i and judge the result."""
+    j = len(keys) - 1
+    reach, turn = window(travelled, config)
+    first, last = max(i - config.half_width, 0), min(i + config.half_width + 1, j)
+    target = gather([key.points for key in keys[first:last]], poses[first:last])
+    block = config.wide_block if reach > config.sure_reach else matching.block
+    field = likelihood_field(target, matching, block)
+    found, score = search(field, keys[j].points, poses[j], matching, reach, turn)
+    match = refine(target, keys[j].points, found, matching, score=score)
+    accepted, reason = judge(match, config)
+    covariance = np.linalg.inv(matched_information(match, tracking))
+    measured = se2.between(poses[i], match.pose)
+    closure = LoopClosure(
+        keys[i].scan, keys[j].scan, measured, covariance, match.score, match.inliers, accepted, reason
+    )
+    return Proposal(i, j, closure, reach)
+
+
+def judge(match: Match, config: LoopConfig) -> tuple[bool, str]:
+    """Whether a match is good enough to close a loop, and the sentence that says why."""
+    if match.score < config.least_score:
+        return False, f"correlation {match.score:.2f} is below {config.least_score:.2f}"
+    if match.inliers < config.least_inliers:
+        return False, f"only {match.inliers:.0%} of the beams lie on the earlier map, {config.least_inliers:.0%} asked"
+    return True, f"correlation {match.score:.2f}, {match.inliers:.0%} of the beams lie on the earlier map"
+
+
+@dataclass
+class LoopCloser:
+    """State of loop closing: every proposal with its verdict, and those that wait for a second opinion."""
+
+    config: LoopConfig
+    matching: MatchingConfig
+    tracking: TrackingConfig
+    closures: list[LoopClosure]
+    accepted: list[Proposal]
+    waiting: list[Proposal]
+    closed_at: float = 0.0
+
+    def look(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
+        """Compare the last key scan with earlier places; returns the newly accepted closures."""
+        travelled = keys[-1].travel - self.closed_at
+        reach, _ = window(travelled, self.config)
+        fresh: list[Proposal] = []
+        for i in candidates(keys, poses, reach, self.config):
+            proposal = propose(keys, poses, i, travelled, self.config, self.matching, self.tracking)
+            if not proposal.closure.accepted:
+                self.closures.append(proposal.closure)
+            elif reach <= self.config.sure_reach:
+                fresh.append(proposal)
+            else:
+                fresh.extend(self._confirm(proposal, keys, poses))
+        self._forget(keys)
+        if fresh:
+            self.closed_at = keys[-1].travel
+            self.accepted.extend(fresh)
+            self.closures.extend(proposal.closure for proposal in fresh)
+        return fresh
+
+    def _confirm(self, proposal: Proposal, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
+        """The waiting proposals that agree with this one, and itself; else it starts to wait (pairwise consistency)."""
+        agreeing = [other for other in self.waiting if other.j != proposal.j and self._agree(other, proposal, poses)]
+        if not agreeing:
+            self.waiting.append(proposal)
+            return []
+        self.waiting = [other for other in self.waiting if other not in agreeing]
+        return [*agreeing, proposal]
+
+    def _agree(self, a: Proposal, b: Proposal, poses: Float[np.ndarray, "n 3"]) -> bool:
+        """Whether both closures put the later scan at the same place, through the chain of key scans between them."""
+        from_a = se2.compose(se2.compose(poses[a.i], a.closure.measured), se2.between(poses[a.j], poses[b.j]))
+        from_b = se2.compose(poses[b.i], b.closure.measured)
+        off = se2.between(from_a, from_b)
+        return bool(np.hypot(off[0], off[1]) < self.config.agree_distance and abs(off[2]) < self.config.agree_turn)
+
+    def _forget(self, keys: Sequence[KeyScan]) -> None:
+        """Proposals that found no second opinion in time are rejected, with the reason."""
+        stale = [p for p in self.waiting if keys[-1].travel - keys[p.j].travel > self.config.confirm_travel]
+        for proposal in stale:
+            reason = f"found in a window of {proposal.reach:.1f} m and no second closure agrees with it"
+            self.closures.append(replace(proposal.closure, accepted=False, reason=reason))
+        self.waiting = [p for p in self.waiting if p not in stale]

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+
+from bspline_slam.scan import LaserScan
 
 
 class EndKind(Enum):
@@ -24,7 +26,7 @@ class ScanSegment:
     """A run of neighbouring beams that saw one smooth piece of the world.
 
     `index` counts the segments of the scan; `beams` are beam numbers (increasing, invalid beams left out);
-    `points` are their ends in the robot frame.
+    `points` are their ends in the robot frame, so the robot is on the left of them as they run.
     """
 
     scan: int
@@ -33,3 +35,106 @@ class ScanSegment:
     points: Float[np.ndarray, "m 2"]
     start: EndKind
     end: EndKind
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentationConfig:
+    """Thresholds of the segmentation (m, rad).
+
+    `incidence` is λ of the adaptive breakpoint detector (Borges & Aldon 2004): the flattest wall that is still
+    followed. `corner` is the turn that ends a segment, measured between chords of `corner_reach` on both sides.
+    """
+
+    incidence: float = np.deg2rad(10.0)
+    slack: float = 0.05
+    range_noise: float = 0.012
+    corner: float = np.deg2rad(40.0)
+    corner_reach: float = 0.15
+    least_points: int = 4
+    bridged_beams: int = 2
+    largest_range: float = 60.0
+
+
+def segment_scan(scan: LaserScan, config: SegmentationConfig = SegmentationConfig()) -> tuple[ScanSegment, ...]:
+    """Cut a scan at range jumps and at corners; pieces of fewer than `least_points` beams are left out."""
+    beams = np.flatnonzero(scan.valid & (scan.ranges < config.largest_range))
+    if len(beams) < config.least_points:
+        return ()
+    points = scan.points_robot[beams]
+    jumps = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, config)
+    corners = corner_points(points, jumps, config)
+    cuts = np.concatenate([[0], np.flatnonzero(jumps | corners) + 1, [len(beams)]])
+    segments = []
+    for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+        if b - a < config.least_points:
+            continue
+        start = _end_kind(scan, beams, corners, inside=a, outside=a - 1)
+        end = _end_kind(scan, beams, corners, inside=b - 1, outside=b)
+        segments.append(ScanSegment(scan.index, len(segments), beams[a:b], points[a:b], start, end))
+    return tuple(segments)
+
+
+def breakpoints(
+    ranges: Float[np.ndarray, "m"], bearings: Float[np.ndarray, "m"], resolution: float, config: SegmentationConfig
+) -> Bool[np.ndarray, "m-1"]:
+    """Whether the surface breaks between beams j and j+1 (Borges & Aldon 2004, eq. 8, with slack)."""
+    turn = np.diff(bearings)
+    near = np.minimum(ranges[:-1], ranges[1:])
+    far = np.maximum(ranges[:-1], ranges[1:])
+    gap = np.sqrt(near**2 + far**2 - 2 * near * far * np.cos(turn))
+    flattest = np.maximum(config.incidence - np.minimum(turn, 0.8 * config.incidence), 0.02)
+    allowed = near * np.sin(turn) / np.sin(flattest) + 3 * config.range_noise + config.slack
+    return (gap > allowed) | (turn > (config.bridged_beams + 1.5) * resolution)
+
+
+def corner_points(
+    points: Float[np.ndarray, "m 2"], jumps: Bool[np.ndarray, "m-1"], config: SegmentationConfig
+) -> Bool[np.ndarray, "m-1"]:
+    """Whether a segment ends after point j because the outline turns there by more than `corner`.
+
+    The turn at j is taken between the chords to the points at least `corner_reach` (and two beams) before and after
+    it in the same run; only the sharpest point of each neighbourhood cuts.
+    """
+    m = len(points)
+    run = np.concatenate([[0], np.cumsum(jumps)])
+    before, after = _reach_indices(points, run, config.corner_reach)
+    inside = (before >= 0) & (after >= 0)
+    u = points - points[np.maximum(before, 0)]
+    v = points[np.maximum(after, 0)] - points
+    turn = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(1)))
+    turn[~inside] = 0.0
+    out = np.zeros(m - 1, dtype=bool)
+    for j in np.flatnonzero(turn > config.corner):
+        if turn[j] >= turn[before[j] : after[j] + 1].max() and j < m - 1 and not out[before[j] : j].any():
+            out[j] = True
+    return out
+
+
+def _reach_indices(
+    points: Float[np.ndarray, "m 2"], run: Int[np.ndarray, "m"], reach: float
+) -> tuple[Int[np.ndarray, "m"], Int[np.ndarray, "m"]]:
+    """For each point the nearest index before and after it that is `reach` away and two beams off; −1 if none."""
+    step = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1)])
+    length = np.cumsum(step)
+    index = np.arange(len(points))
+    before = np.minimum(np.searchsorted(length, length - reach, side="right") - 1, index - 2)
+    after = np.maximum(np.searchsorted(length, length + reach, side="left"), index + 2)
+    before = np.where((before >= 0) & (run[np.maximum(before, 0)] == run), before, -1)
+    last = len(points) - 1
+    after = np.where((after <= last) & (run[np.minimum(after, last)] == run), after, -1)
+    return before, after
+
+
+def _end_kind(
+    scan: LaserScan, beams: Int[np.ndarray, "m"], corners: Bool[np.ndarray, "m-1"], inside: int, outside: int
+) -> EndKind:
+    """Kind of the end between the neighbouring kept beams number `inside` (of the segment) and `outside`."""
+    if not 0 <= outside < len(beams):
+        next_beam = beams[inside] + (outside - inside)
+        return EndKind.NO_RETURN if 0 <= next_beam < len(scan.ranges) else EndKind.FIELD_OF_VIEW
+    if corners[min(inside, outside)]:
+        return EndKind.CORNER
+    if abs(int(beams[outside]) - int(beams[inside])) > 1:
+        return EndKind.NO_RETURN
+    nearer = scan.ranges[beams[inside]] < scan.ranges[beams[outside]]
+    return EndKind.EDGE if nearer else EndKind.OCCLUDED

@@ -1,0 +1,297 @@
+"""Compiled inner loops of scan matching: likelihood field, branch and bound, point-to-line Gauss–Newton."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def normals_of_runs(points, runs, reach, turn_limit):
+    """Unit normals towards the sensor by principal axes of up to `reach` neighbours each side in the same run.
+
+    A normal is (0, 0) where fewer than three points stand in one run or they do not lie along a line.
+    """
+    n = len(points)
+    out = np.zeros((n, 2))
+    for i in range(n):
+        mx = my = 0.0
+        count = 0
+        for j in range(max(0, i - reach), min(n, i + reach + 1)):
+            if runs[j] == runs[i]:
+                mx += points[j, 0]
+                my += points[j, 1]
+                count += 1
+        if count < 3:
+            continue
+        mx /= count
+        my /= count
+        xx = xy = yy = 0.0
+        for j in range(max(0, i - reach), min(n, i + reach + 1)):
+            if runs[j] == runs[i]:
+                dx = points[j, 0] - mx
+                dy = points[j, 1] - my
+                xx += dx * dx
+                xy += dx * dy
+                yy += dy * dy
+        angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
+        spread = math.sqrt((xx - yy) ** 2 + 4.0 * xy * xy)
+        large, small = 0.5 * (xx + yy + spread), 0.5 * (xx + yy - spread)
+        if small > turn_limit * large:
+            continue
+        nx, ny = -math.sin(angle), math.cos(angle)
+        if nx * points[i, 0] + ny * points[i, 1] > 0.0:
+            nx, ny = -nx, -ny
+        out[i, 0] = nx
+        out[i, 1] = ny
+    return out
+
+
+@njit(cache=True)
+def thin(points, cell):
+    """Indices of points such that no two kept neighbours in order are nearer than `cell`."""
+    keep = np.empty(len(points), np.int64)
+    count = 0
+    x = y = 1e18
+    for i in range(len(points)):
+        dx = points[i, 0] - x
+        dy = points[i, 1] - y
+        if dx * dx + dy * dy >= cell * cell:
+            keep[count] = i
+            count += 1
+            x, y = points[i, 0], points[i, 1]
+    return keep[:count]
+
+
+@njit(cache=True)
+def likelihood_field(points, origin, shape, cell, sigma):
+    """Field of exp(−d²/2σ²) of the distance to the nearest point, by stamping."""
+    field = np.zeros((shape[0], shape[1]), np.float32)
+    reach = int(math.ceil(2.5 * sigma / cell))
+    for k in range(len(points)):
+        fx = (points[k, 0] - origin[0]) / cell
+        fy = (points[k, 1] - origin[1]) / cell
+        ix, iy = int(math.floor(fx)), int(math.floor(fy))
+        for i in range(max(0, ix - reach), min(shape[0], ix + reach + 1)):
+            for j in range(max(0, iy - reach), min(shape[1], iy + reach + 1)):
+                dx = (i + 0.5 - fx) * cell
+                dy = (j + 0.5 - fy) * cell
+                value = np.float32(math.exp(-0.5 * (dx * dx + dy * dy) / (sigma * sigma)))
+                if value > field[i, j]:
+                    field[i, j] = value
+    return field
+
+
+@njit(cache=True)
+def block_maximum(field, block):
+    """out[i, j] = max field[i : i + block, j : j + block]."""
+    rows, columns = field.shape
+    partial = field.copy()
+    for i in range(rows):
+        for j in range(columns):
+            best = field[i, j]
+            for k in range(1, min(block, columns - j)):
+                if field[i, j + k] > best:
+                    best = field[i, j + k]
+            partial[i, j] = best
+    out = partial.copy()
+    for i in range(rows):
+        for k in range(1, min(block, rows - i)):
+            for j in range(columns):
+                if partial[i + k, j] > out[i, j]:
+                    out[i, j] = partial[i + k, j]
+    return out
+
+
+@njit(cache=True)
+def search(field, bounds, block, origin, cell, points, start, reach_xy, reach_theta, step_theta, pull):
+    """Branch and bound over (x, y, θ) around `start`: the pose with the highest mean field under the points.
+
+    `bounds` is block_maximum(field, block); translations are whole cells. `pull` is the score that a move to
+    the rim of the window costs. Returns (x, y, θ) and the plain score there.
+    """
+    half = int(math.ceil(reach_xy / cell))
+    turns = int(math.ceil(reach_theta / step_theta))
+    blocks = (2 * half) // block + 1
+    n = len(points)
+    rows, columns = field.shape
+    total = (2 * turns + 1) * blocks * blocks
+    bound = np.empty(total, np.float32)
+    cells = np.empty((2 * turns + 1, n, 2), np.int64)
+    for r in range(2 * turns + 1):
+        theta = start[2] + (r - turns) * step_theta
+        c, s = math.cos(theta), math.sin(theta)
+        for k in range(n):
+            x = start[0] + c * points[k, 0] - s * points[k, 1]
+            y = start[1] + s * points[k, 0] + c * points[k, 1]
+            cells[r, k, 0] = int(math.floor((x - origin[0]) / cell))
+            cells[r, k, 1] = int(math.floor((y - origin[1]) / cell))
+        for bi in range(blocks):
+            for bj in range(blocks):
+                di, dj = -half + bi * block, -half + bj * block
+                acc = np.float32(0.0)
+                for k in range(n):
+                    i, j = cells[r, k, 0] + di, cells[r, k, 1] + dj
+                    if 0 <= i < rows and 0 <= j < columns:
+                        acc += bounds[i, j]
+                    elif -block < i < rows and -block < j < columns:
+                        acc += bounds[max(i, 0), max(j, 0)]
+                bound[(r * blocks + bi) * blocks + bj] = acc / n
+    order = np.argsort(-bound)
+    best, best_plain = np.float32(-1e9), np.float32(0.0)
+    best_r, best_i, best_j = turns, 0, 0
+    for o in order:
+        if bound[o] <= best:
+            break
+        r = o // (blocks * blocks)
+        bi = (o // blocks) % blocks
+        bj = o % blocks
+        turn = (r - turns) * step_theta / reach_theta
+        for di in range(-half + bi * block, -half + (bi + 1) * block):
+            for dj in range(-half + bj * block, -half + (bj + 1) * block):
+                acc = np.float32(0.0)
+                for k in range(n):
+                    i, j = cells[r, k, 0] + di, cells[r, k, 1] + dj
+                    if 0 <= i < rows and 0 <= j < columns:
+                        acc += field[i, j]
+                plain = acc / n
+                away = (di * di + dj * dj) / (half * half) + turn * turn
+                value = plain - np.float32(pull * away)
+                if value > best:
+                    best, best_plain = value, plain
+                    best_r, best_i, best_j = r, di, dj
+    return (
+        start[0] + best_i * cell,
+        start[1] + best_j * cell,
+        start[2] + (best_r - turns) * step_theta,
+        float(best_plain),
+    )
+
+
+@njit(cache=True)
+def bucket_points(points, origin, shape, cell):
+    """Counting sort of points into square buckets: (start of each bucket, point indices)."""
+    rows, columns = shape[0], shape[1]
+    start = np.zeros(rows * columns + 1, np.int64)
+    where = np.empty(len(points), np.int64)
+    for k in range(len(points)):
+        i = min(max(int(math.floor((points[k, 0] - origin[0]) / cell)), 0), rows - 1)
+        j = min(max(int(math.floor((points[k, 1] - origin[1]) / cell)), 0), columns - 1)
+        where[k] = i * columns + j
+        start[where[k] + 1] += 1
+    for b in range(rows * columns):
+        start[b + 1] += start[b]
+    order = np.empty(len(points), np.int64)
+    fill = start[:-1].copy()
+    for k in range(len(points)):
+        order[fill[where[k]]] = k
+        fill[where[k]] += 1
+    return start, order
+
+
+@njit(cache=True)
+def nearest_facing(x, y, nx, ny, target, normals, start, order, origin, shape, cell, gate, agree):
+    """Nearest target point within `gate` whose normal agrees with (nx, ny) (any normal if that is zero); −1 if none."""
+    rows, columns = shape[0], shape[1]
+    ci = int(math.floor((x - origin[0]) / cell))
+    cj = int(math.floor((y - origin[1]) / cell))
+    best = gate * gate
+    found = -1
+    for i in range(max(ci - 1, 0), min(ci + 2, rows)):
+        for j in range(max(cj - 1, 0), min(cj + 2, columns)):
+            b = i * columns + j
+            for s in range(start[b], start[b + 1]):
+                k = order[s]
+                dx, dy = x - target[k, 0], y - target[k, 1]
+                d = dx * dx + dy * dy
+                if d < best:
+                    dot = nx * normals[k, 0] + ny * normals[k, 1]
+                    if dot > agree or (nx == 0.0 and ny == 0.0):
+                        best = d
+                        found = k
+    return found
+
+
+@njit(cache=True)
+def _solve3(A, b):
+    """Solution of a symmetric positive definite 3 × 3 system by Cramer's rule."""
+    c00 = A[1, 1] * A[2, 2] - A[1, 2] * A[2, 1]
+    c01 = A[0, 2] * A[2, 1] - A[0, 1] * A[2, 2]
+    c02 = A[0, 1] * A[1, 2] - A[0, 2] * A[1, 1]
+    c11 = A[0, 0] * A[2, 2] - A[0, 2] * A[2, 0]
+    c12 = A[0, 2] * A[1, 0] - A[0, 0] * A[1, 2]
+    c22 = A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
+    det = A[0, 0] * c00 + A[0, 1] * c01 + A[0, 2] * c02
+    return (
+        (c00 * b[0] + c01 * b[1] + c02 * b[2]) / det,
+        (c01 * b[0] + c11 * b[1] + c12 * b[2]) / det,
+        (c02 * b[0] + c12 * b[1] + c22 * b[2]) / det,
+    )
+
+
+@njit(cache=True)
+def refine(
+    points, point_normals, target, normals, start, order, origin, shape, cell,
+    pose, prior, prior_information, sigma, gates, inlier_gate,
+):  # fmt: skip
+    """Point-to-line Gauss–Newton with a Cauchy kernel (scale 2σ) and a Gaussian prior on the pose.
+
+    One iteration per entry of `gates`. Returns the pose, the information matrix of the beams alone (3, 3), the share
+    of points within `inlier_gate` of a target line, and the RMS of those.
+    """
+    x, y, theta = pose[0], pose[1], pose[2]
+    information = np.zeros((3, 3))
+    inliers = 0
+    squares = 0.0
+    n = len(points)
+    for it in range(len(gates) + 1):
+        last = it == len(gates)
+        gate = inlier_gate if last else gates[it]
+        c, s = math.cos(theta), math.sin(theta)
+        H = np.zeros((3, 3))
+        g = np.zeros(3)
+        inliers = 0
+        squares = 0.0
+        for k in range(n):
+            px, py = points[k, 0], points[k, 1]
+            wx, wy = x + c * px - s * py, y + s * px + c * py
+            nx = c * point_normals[k, 0] - s * point_normals[k, 1]
+            ny = s * point_normals[k, 0] + c * point_normals[k, 1]
+            f = nearest_facing(wx, wy, nx, ny, target, normals, start, order, origin, shape, cell, max(gate, 0.1), 0.6)
+            if f < 0:
+                continue
+            tx, ty = normals[f, 0], normals[f, 1]
+            if tx == 0.0 and ty == 0.0:
+                continue
+            r = tx * (wx - target[f, 0]) + ty * (wy - target[f, 1])
+            if abs(r) > gate:
+                continue
+            inliers += 1
+            squares += r * r
+            jt = tx * (-s * px - c * py) + ty * (c * px - s * py)
+            scaled = r / (2.0 * sigma)
+            w = 1.0 / (1.0 + scaled * scaled) / (sigma * sigma)
+            H[0, 0] += w * tx * tx
+            H[0, 1] += w * tx * ty
+            H[0, 2] += w * tx * jt
+            H[1, 1] += w * ty * ty
+            H[1, 2] += w * ty * jt
+            H[2, 2] += w * jt * jt
+            g[0] += w * tx * r
+            g[1] += w * ty * r
+            g[2] += w * jt * r
+        H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+        information = H
+        if last:
+            break
+        d = np.array([x - prior[0], y - prior[1], theta - prior[2]])
+        d[2] = math.atan2(math.sin(d[2]), math.cos(d[2]))
+        for a in range(3):
+            for b in range(3):
+                g[a] += prior_information[a, b] * d[b]
+        step_x, step_y, step_theta = _solve3(H + prior_information, g)
+        x -= step_x
+        y -= step_y
+        theta -= step_theta
+    rms = math.sqrt(squares / inliers) if inliers else 0.0
+    return np.array([x, y, theta]), information, inliers / max(n, 1), rms

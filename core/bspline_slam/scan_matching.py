@@ -1,0 +1,160 @@
+"""Scan matching: search first (correlative, branch and bound), then refine (ICP, then point-to-line on curves)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from bspline_slam import se2
+from bspline_slam.kernels import matching as kernels
+from bspline_slam.scan import LaserScan
+from bspline_slam.segmentation import SegmentationConfig, breakpoints
+
+
+@dataclass(frozen=True, slots=True)
+class MatchingConfig:
+    """Search window, field and refinement (m, rad).
+
+    `pull` is the correlation that a guess at the rim of the window has to win against one at its centre.
+    """
+
+    cell: float = 0.05
+    field_sigma: float = 0.06
+    thinning: float = 0.06
+    reach: float = 0.4
+    turn: float = np.deg2rad(12.0)
+    turn_step: float = np.deg2rad(0.5)
+    pull: float = 0.05
+    block: int = 4
+    normal_reach: int = 4
+    normal_flatness: float = 0.06
+    sigma: float = 0.015
+    gates: tuple[float, ...] = (0.3, 0.3, 0.2, 0.15, 0.1, 0.1, 0.1, 0.1)
+    inlier_gate: float = 0.045
+    largest_range: float = 40.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointSet:
+    """The beam ends of one scan that matching uses, robot frame; a normal is (0, 0) where the surface has none."""
+
+    points: Float[np.ndarray, "m 2"]
+    normals: Float[np.ndarray, "m 2"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Target:
+    """World points with normals that scans are matched to, sorted into square buckets."""
+
+    points: Float[np.ndarray, "m 2"]
+    normals: Float[np.ndarray, "m 2"]
+    start: Int[np.ndarray, "buckets"]
+    order: Int[np.ndarray, "m"]
+    origin: Float[np.ndarray, "2"]
+    shape: Int[np.ndarray, "2"]
+    bucket: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Field:
+    """Likelihood field of a target and its block maxima for branch and bound."""
+
+    values: Float[np.ndarray, "rows columns"]
+    bounds: Float[np.ndarray, "rows columns"]
+    origin: Float[np.ndarray, "2"]
+    cell: float
+    block: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Match:
+    """Where a scan lies: world pose, correlation (0…1), share of inliers and their RMS (m).
+
+    `information` (3, 3) is that of the beams alone, at the configured range noise.
+    """
+
+    pose: Float[np.ndarray, "3"]
+    score: float
+    inliers: float
+    rms: float
+    information: Float[np.ndarray, "3 3"]
+
+
+NO_PRIOR: Float[np.ndarray, "3 3"] = np.diag([1e-6, 1e-6, 1e-6])
+
+
+def point_set(scan: LaserScan, config: MatchingConfig, segmentation: SegmentationConfig) -> PointSet:
+    """The valid beam ends with normals from their neighbours on the same surface."""
+    beams = np.flatnonzero(scan.valid & (scan.ranges < config.largest_range))
+    points = scan.points_robot[beams]
+    if len(beams) < 2:
+        return PointSet(points, np.zeros_like(points))
+    jumps = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, segmentation)
+    runs = np.concatenate([[0], np.cumsum(jumps)])
+    towards = points - scan.pose_robot_sensor[:2]
+    normals = kernels.normals_of_runs(points, runs, config.normal_reach, config.normal_flatness)
+    return PointSet(points, np.where((normals * towards).sum(1, keepdims=True) > 0, -normals, normals))
+
+
+def gather(sets: Sequence[PointSet], poses: Float[np.ndarray, "n 3"], bucket: float = 0.3) -> Target:
+    """Several scans at their world poses as one target."""
+    points = np.concatenate([se2.transform(pose, one.points) for one, pose in zip(sets, poses, strict=True)])
+    normals = np.concatenate([se2.rotate(pose, one.normals) for one, pose in zip(sets, poses, strict=True)])
+    return target(points, normals, bucket)
+
+
+def target(points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"], bucket: float = 0.3) -> Target:
+    """World points with normals, sorted for nearest-neighbour look-up within `bucket`."""
+    if len(points) == 0:
+        points, normals = np.full((1, 2), 1e6), np.zeros((1, 2))
+    origin = points.min(0) - bucket
+    shape = np.ceil((points.max(0) - origin) / bucket).astype(np.int64) + 1
+    start, order = kernels.bucket_points(points, origin, shape, bucket)
+    return Target(points, normals, start, order, origin, shape, bucket)
+
+
+def likelihood_field(target: Target, config: MatchingConfig, block: int | None = None) -> Field:
+    """The field that the search climbs."""
+    block = block or config.block
+    origin = target.points.min(0) - 0.3
+    shape = np.ceil((target.points.max(0) + 0.3 - origin) / config.cell).astype(np.int64)
+    values = kernels.likelihood_field(target.points, origin, shape, config.cell, config.field_sigma)
+    return Field(values, kernels.block_maximum(values, block), origin, config.cell, block)
+
+
+def search(
+    field: Field, scan: PointSet, guess: Float[np.ndarray, "3"], config: MatchingConfig, reach: float, turn: float
+) -> tuple[Float[np.ndarray, "3"], float]:
+    """Correlative scan matching (Olson 2009) around `guess`: pose and correlation (0…1)."""
+    points = scan.points[kernels.thin(scan.points, config.thinning)]
+    if len(points) == 0:
+        return guess, 0.0
+    x, y, theta, score = kernels.search(
+        field.values, field.bounds, field.block, field.origin, field.cell, points, guess, reach, turn,
+        config.turn_step, config.pull,
+    )  # fmt: skip
+    return np.array([x, y, float(se2.wrap(theta))]), score
+
+
+def refine(
+    target: Target,
+    scan: PointSet,
+    guess: Float[np.ndarray, "3"],
+    config: MatchingConfig,
+    *,
+    score: float = 1.0,
+    prior: Float[np.ndarray, "3"] | None = None,
+    prior_information: Float[np.ndarray, "3 3"] = NO_PRIOR,
+    gates: tuple[float, ...] | None = None,
+) -> Match:
+    """Point-to-line Gauss–Newton from `guess` (Cauchy kernel), held by a Gaussian prior where the walls leave it free."""
+    pose, information, inliers, rms = kernels.refine(
+        scan.points, scan.normals, target.points, target.normals, target.start, target.order, target.origin,
+        target.shape, target.bucket, guess, guess if prior is None else prior, prior_information, config.sigma,
+        np.array(gates or config.gates), config.inlier_gate,
+    )  # fmt: skip
+    pose[2] = se2.wrap(pose[2])
+    return Match(pose, score, inliers, rms, information)

@@ -1,0 +1,221 @@
+"""Where each scan lies relative to the last key scans: predict, search, refine, and decide whether it becomes a key scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam import se2
+from bspline_slam.graph import PoseFactor
+from bspline_slam.motion import MotionConfig, OdometryCalibration, guesses, step_information
+from bspline_slam.scan import LaserScan
+from bspline_slam.scan_matching import (
+    Match,
+    MatchingConfig,
+    PointSet,
+    Target,
+    gather,
+    likelihood_field,
+    point_set,
+    refine,
+    search,
+)
+from bspline_slam.segmentation import SegmentationConfig
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingConfig:
+    """When a scan becomes a key scan (m, rad), what it is matched to, and when its match is not believed.
+
+    `local_scans` and `local_travel` bound the local map. Below `lost_score` odometry is taken instead.
+    `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
+    matches share their errors.
+    """
+
+    distance: float = 0.3
+    turn: float = np.deg2rad(12.0)
+    local_scans: int = 12
+    still_distance: float = 0.01
+    still_turn: float = np.deg2rad(0.3)
+    good_score: float = 0.6
+    lost_score: float = 0.3
+    lost_inliers: float = 0.35
+    widening: float = 9.0
+    floor: tuple[float, float, float] = (0.007, 0.007, 0.003)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KeyScan:
+    """A scan that entered the problem: its index in the log and its beam ends."""
+
+    scan: int
+    points: PointSet
+    travel: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracked:
+    """What tracking says of one scan: pose before and after looking at it, its correlation, and whether it is a key scan."""
+
+    predicted: Float[np.ndarray, "3"]
+    pose: Float[np.ndarray, "3"]
+    score: float
+    lost: bool
+    key: bool
+
+
+@dataclass
+class Tracker:
+    """State of tracking: the key scans and their poses, and every other scan tied to one of them.
+
+    `key_poses` may be replaced from outside (loop closures, adjustment); everything else hangs on them.
+    """
+
+    config: TrackingConfig
+    matching: MatchingConfig
+    segmentation: SegmentationConfig
+    motion: MotionConfig
+    keys: list[KeyScan] = field(default_factory=list)
+    key_poses: list[Float[np.ndarray, "3"]] = field(default_factory=list)
+    anchors: list[tuple[int, Float[np.ndarray, "3"]]] = field(default_factory=list)
+    factors: list[PoseFactor] = field(default_factory=list)
+    calibration: OdometryCalibration = field(default_factory=OdometryCalibration)
+    _odometry: Float[np.ndarray, "3"] | None = None
+    _key_odometry: Float[np.ndarray, "3"] | None = None
+    _last_step: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
+    _target: Target | None = None
+
+    def track(self, scan: LaserScan, odometry: Float[np.ndarray, "3"] | None) -> Tracked:
+        """Place the next scan of the log; `odometry` is its odometry pose, None where the log has none."""
+        points = point_set(scan, self.matching, self.segmentation)
+        if not self.keys:
+            self._odometry = odometry
+            self._insert(scan, points, se2.IDENTITY, odometry, None)
+            return Tracked(se2.IDENTITY, se2.IDENTITY, 1.0, lost=False, key=True)
+
+        previous = self._pose_of_last_scan()
+        step = None if odometry is None or self._odometry is None else se2.between(self._odometry, odometry)
+        tries = guesses(step, self._last_step, self.calibration, self.motion)
+        predicted = se2.compose(previous, tries[0])
+        self._odometry = odometry
+        if step is not None and self._still(step):
+            self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], predicted)))
+            return Tracked(predicted, predicted, 1.0, lost=False, key=False)
+
+        match = self._refined(points, predicted, tries[0])
+        key = self._is_key(match.pose) or match.inliers < self.config.lost_inliers
+        lost = False
+        if key:
+            match = self._searched(points, previous, tries, predicted)
+            lost = match.score < self.config.lost_score
+        pose = predicted if lost else match.pose
+        self._last_step = se2.between(previous, pose)
+        if key and (lost or self._is_key(pose)):
+            self._insert(scan, points, pose, odometry, None if lost else match)
+            return Tracked(predicted, pose, match.score, lost, key=True)
+        self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], pose)))
+        return Tracked(predicted, pose, match.inliers, lost, key=False)
+
+    @property
+    def poses(self) -> Float[np.ndarray, "scans 3"]:
+        """World poses of all scans so far."""
+        if not self.anchors:
+            return np.zeros((0, 3))
+        keys = np.array(self.key_poses)
+        return se2.compose(keys[[a for a, _ in self.anchors]], np.array([relative for _, relative in self.anchors]))
+
+    def local_target(self) -> Target:
+        """The last key scans as one target."""
+        if self._target is None:
+            n = self.config.local_scans
+            self._target = gather([key.points for key in self.keys[-n:]], np.array(self.key_poses[-n:]))
+        return self._target
+
+    def move(self, key_poses: Float[np.ndarray, "n 3"]) -> None:
+        """Take over corrected poses of the key scans."""
+        self.key_poses = list(key_poses)
+        self._target = None
+
+    # -- steps of `track` --------------------------------------------------------------------------------------
+    def _pose_of_last_scan(self) -> Float[np.ndarray, "3"]:
+        anchor, relative = self.anchors[-1]
+        return se2.compose(self.key_poses[anchor], relative)
+
+    def _still(self, step: Float[np.ndarray, "3"]) -> bool:
+        return bool(np.hypot(step[0], step[1]) < self.config.still_distance and abs(step[2]) < self.config.still_turn)
+
+    def _is_key(self, pose: Float[np.ndarray, "3"]) -> bool:
+        moved = se2.between(self.key_poses[-1], pose)
+        return bool(np.hypot(moved[0], moved[1]) > self.config.distance or abs(moved[2]) > self.config.turn)
+
+    def _information(self, guess: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+        turn = np.eye(3)
+        turn[:2, :2] = se2.rotation(guess[2])
+        return turn @ step_information(step, self.motion) @ turn.T
+
+    def _refined(
+        self, points: PointSet, guess: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"], score: float = 1.0
+    ) -> Match:
+        information = self._information(guess, step)
+        return refine(self.local_target(), points, guess, self.matching, score=score, prior_information=information)
+
+    def _searched(
+        self,
+        points: PointSet,
+        previous: Float[np.ndarray, "3"],
+        tries: tuple[Float[np.ndarray, "3"], ...],
+        predicted: Float[np.ndarray, "3"],
+    ) -> Match:
+        field_ = likelihood_field(self.local_target(), self.matching)
+        best, best_score = predicted, -1.0
+        for step in tries:
+            found, score = search(
+                field_, points, se2.compose(previous, step), self.matching, self.matching.reach, self.matching.turn
+            )
+            if score > best_score + 0.02:
+                best, best_score = found, score
+            if best_score > self.config.good_score:
+                break
+        return self._refined(points, best, tries[0], best_score)
+
+    def _insert(
+        self,
+        scan: LaserScan,
+        points: PointSet,
+        pose: Float[np.ndarray, "3"],
+        odometry: Float[np.ndarray, "3"] | None,
+        match: Match | None,
+    ) -> None:
+        travel = 0.0
+        if self.keys:
+            moved = se2.between(self.key_poses[-1], pose)
+            travel = self.keys[-1].travel + float(np.hypot(moved[0], moved[1]))
+            self.factors.append(self._factor(moved, odometry, match))
+            if match is not None and odometry is not None and self._key_odometry is not None:
+                wheels = se2.between(self._key_odometry, odometry)
+                self.calibration = self.calibration.learned(wheels, moved, self.motion)
+        self.keys.append(KeyScan(scan.index, points, travel))
+        self.key_poses.append(pose)
+        self.anchors.append((len(self.keys) - 1, np.zeros(3)))
+        self._key_odometry = odometry
+        self._target = None
+
+    def _factor(
+        self, moved: Float[np.ndarray, "3"], odometry: Float[np.ndarray, "3"] | None, match: Match | None
+    ) -> PoseFactor:
+        i, j = len(self.keys) - 1, len(self.keys)
+        information = step_information(moved, self.motion)
+        if match is not None:
+            information = information + matched_information(match, self.config)
+        kind = "odometry" if match is None else "matching"
+        return PoseFactor(i, j, moved, np.linalg.cholesky(information).T, kind)
+
+
+def matched_information(match: Match, config: TrackingConfig) -> Float[np.ndarray, "3 3"]:
+    """Information of a match in the frame of its own pose (the frame of PoseFactor residuals), widened."""
+    turn = np.eye(3)
+    turn[:2, :2] = se2.rotation(match.pose[2])
+    covariance = np.linalg.inv(turn.T @ match.information @ turn + 1e-6 * np.eye(3))
+    return np.linalg.inv(config.widening * covariance + np.diag(np.square(config.floor)))
