@@ -1,0 +1,76 @@
+"""The default back end: compiled linearisation of the whole problem and one sparse factor of it per iteration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bspline_slam.backends.check import check_anchored
+from bspline_slam.backends.gauss_newton import State, Stopping, descend
+from bspline_slam.backends.marginals import Solve, marginals
+from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
+from bspline_slam.backends.pattern import Blocks, Pattern, find_pattern, linearise_terms
+from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
+from bspline_slam.backends.sparse_system import SparseSystem, factorise
+from bspline_slam.backends.statistics import estimate_of
+from bspline_slam.graph import Graph
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FullProblem:
+    """All terms of a graph over all its unknowns."""
+
+    curves: CurveTerms
+    edges: EdgeTerms
+    pattern: Pattern
+    system: SparseSystem
+
+    @classmethod
+    def from_graph(cls, graph: Graph) -> FullProblem:
+        curves, edges = pack_curves(graph), pack_edges(graph)
+        pattern = find_pattern(curves, edges, len(graph.control_points))
+        return cls(curves, edges, pattern, SparseSystem.from_pattern(pattern, len(graph.poses)))
+
+    def cost(self, state: State) -> float:
+        """½ Σ ρ(‖e‖²)."""
+        return 0.5 * (self.curves.cost(state.poses, state.control_points) + self.edges.cost(state.poses)[0])
+
+    def linearise(self, state: State) -> LinearisedBlocks:
+        return LinearisedBlocks(self.system, linearise_terms(self.curves, self.edges, self.pattern, state))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinearisedBlocks:
+    """The linear system at one state."""
+
+    system: SparseSystem
+    blocks: Blocks
+
+    def step(self, damping: float) -> State:
+        solve = factorise(self.system.matrix(self.blocks, damping)).solve
+        return self.system.unstack(solve(-self.system.stack(self.blocks.gradient)))
+
+    def inverse(self) -> Solve:
+        """B ↦ H⁻¹ B."""
+        return factorise(self.system.matrix(self.blocks)).solve
+
+
+class Direct:
+    """Gauss-Newton on poses and control points together."""
+
+    name = "direct"
+
+    def __init__(self, stopping: Stopping | None = None) -> None:
+        self.stopping = stopping or Stopping()
+
+    def solve(self, graph: Graph, *, progress: Progress = silent, cancelled: Cancelling = never) -> Estimate:
+        """The optimum of the graph. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
+        check_anchored(graph)
+        start = State(graph.poses, graph.control_points)
+        return estimate_of(graph, descend(FullProblem.from_graph(graph), start, self.stopping, progress, cancelled))
+
+    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+        """Blocks of the inverse of the Gauss-Newton matrix at the estimate, robust weights as they are there."""
+        state = State(estimate.poses, estimate.control_points)
+        inverse = FullProblem.from_graph(estimate.graph).linearise(state).inverse()
+        return marginals(inverse, estimate.graph, poses, splines)

@@ -1,0 +1,90 @@
+"""A graph as flat arrays, in the order that the compiled kernels read; made once per solve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from bspline_slam import se2
+from bspline_slam.graph import Graph
+from bspline_slam.kernels import linearise
+
+WORLD = -1
+"""The observer of a term that is seen from the world frame: shape priors and pose priors."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CurveTerms:
+    """Spline factors and shape priors: terms e = A·vec(Rᵀ(c − x)) − b, flat one after another.
+
+    `size` holds rows r and control points m, `start` where A, b and AᵀA of a term begin.
+    """
+
+    observer: Int[np.ndarray, "f"]
+    first: Int[np.ndarray, "f"]
+    size: Int[np.ndarray, "f 2"]
+    start: Int[np.ndarray, "f 3"]
+    A: Float[np.ndarray, "a"]
+    b: Float[np.ndarray, "b"]
+    gram: Float[np.ndarray, "g"]
+
+    def cost(self, poses: Float[np.ndarray, "n 3"], control_points: Float[np.ndarray, "N 2"]) -> float:
+        """Σ ‖e‖²."""
+        if len(self.first) == 0:
+            return 0.0
+        return linearise.curve_cost(
+            poses, control_points, self.observer, self.first, self.size, self.start, self.A, self.b
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgeTerms:
+    """Pose factors and pose priors: relative poses tail → head with the width of their Cauchy kernel (inf: none)."""
+
+    tail: Int[np.ndarray, "e"]
+    head: Int[np.ndarray, "e"]
+    measured: Float[np.ndarray, "e 3"]
+    sqrt_information: Float[np.ndarray, "e 3 3"]
+    kernel: Float[np.ndarray, "e"]
+
+    def cost(self, poses: Float[np.ndarray, "n 3"]) -> tuple[float, float]:
+        """Σ ρ(‖e‖²) and the weighted Σ w ‖e‖²."""
+        return linearise.edge_cost(poses, self.tail, self.head, self.measured, self.sqrt_information, self.kernel)
+
+
+def pack_curves(graph: Graph) -> CurveTerms:
+    """All spline factors, then all shape priors."""
+    terms = [*graph.spline_factors, *graph.shape_priors]
+    observer = [factor.pose for factor in graph.spline_factors] + [WORLD] * len(graph.shape_priors)
+    rows = np.array([len(term.b) for term in terms], dtype=np.int64)
+    points = np.array([term.A.shape[1] // 2 for term in terms], dtype=np.int64)
+    lengths = np.column_stack([rows * 2 * points, rows, 4 * points * points])
+    packed = CurveTerms(
+        np.array(observer, dtype=np.int64),
+        np.array([term.first for term in terms], dtype=np.int64),
+        np.column_stack([rows, points]),
+        np.cumsum(lengths, axis=0) - lengths,
+        np.concatenate([np.empty(0), *(term.A.ravel() for term in terms)]),
+        np.concatenate([np.empty(0), *(term.b for term in terms)]),
+        np.empty(int(lengths[:, 2].sum())),
+    )
+    linearise.square_terms(packed.size, packed.start, packed.A, packed.gram)
+    return packed
+
+
+def pack_edges(graph: Graph) -> EdgeTerms:
+    """All pose factors, then all pose priors as relative poses from the world frame."""
+    factors, priors = graph.pose_factors, graph.pose_priors
+    means = np.array([prior.mean for prior in priors]).reshape(-1, 3)
+    turned = np.array([prior.sqrt_information for prior in priors]).reshape(-1, 3, 3)
+    turned[:, :, :2] = turned[:, :, :2] @ se2.rotation(means[:, 2])
+    kernels = [np.inf if factor.kernel is None else factor.kernel for factor in factors]
+    return EdgeTerms(
+        np.array([factor.i for factor in factors] + [WORLD] * len(priors), dtype=np.int64),
+        np.array([factor.j for factor in factors] + [prior.pose for prior in priors], dtype=np.int64),
+        np.concatenate([np.array([factor.measured for factor in factors]).reshape(-1, 3), means]),
+        np.concatenate([np.array([factor.sqrt_information for factor in factors]).reshape(-1, 3, 3), turned]),
+        np.array(kernels + [np.inf] * len(priors)),
+    )
