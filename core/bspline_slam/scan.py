@@ -119,7 +119,11 @@ def increasing_times(stamps: Float[np.ndarray, "records"]) -> Float[np.ndarray, 
     ordinary = float(np.median(np.diff(levels))) if len(levels) > 1 else 1e-3
     gap = np.append(np.diff(levels), max(ordinary, 1e-6))
     position = np.arange(len(lifted)) - np.repeat(first, count)
-    return lifted + np.repeat(np.minimum(gap, ordinary) / count, count) * position
+    spread = lifted + np.repeat(np.minimum(gap, ordinary) / count, count) * position
+    if np.all(np.diff(spread) > 0):
+        return spread
+    least = 2 * np.spacing(np.abs(spread).max()) * np.arange(len(spread))  # so many repeats that floats run out
+    return np.maximum.accumulate(spread - least) + least
 
 
 def interpolate_poses(

@@ -90,7 +90,7 @@ def read_carmen(path: Path, text: bytes, content_hash: str, progress: Progress) 
     def read_scan(index: int) -> LaserScan:
         return sensor.scan(index, parse_laser(text[scans[index].start : scans[index].end].split()))
 
-    return IndexedLog(
+    return IndexedLog.from_records(
         path=path,
         records=Records(stamps, increasing_times(stamps), odometry, np.where(held, np.cumsum(held) - 1, -1)),
         truth=_truth([entry for entry in found.entries if entry.tag in (tag, b"TRUEPOS")]),

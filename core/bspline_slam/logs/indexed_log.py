@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from bspline_slam.scan import LaserScan, Records, interpolate_poses
 
@@ -19,42 +18,45 @@ def unwatched(fraction: float) -> None:
     """Progress of an index pass (0 … 1) that nobody watches."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class IndexedLog:
     """The ScanLog that every reader returns.
 
-    `read_scan` reads scan i (0 ≤ i < len) from the log; everything else was found out by the index pass.
+    `times`, `odometry` and `truth` have one row per scan. `read_scan` reads scan i (0 ≤ i < len) from the log;
+    everything else was found out by the index pass.
     """
 
     path: Path
     records: Records
+    times: Float[np.ndarray, "scans"]
+    odometry: Float[np.ndarray, "scans 3"] | None
     truth: Float[np.ndarray, "scans 3"] | None
     notes: tuple[str, ...]
     content_hash: str
     read_scan: Callable[[int], LaserScan]
+
+    @classmethod
+    def from_records(
+        cls,
+        path: Path,
+        records: Records,
+        truth: Float[np.ndarray, "scans 3"] | None,
+        notes: Iterable[str],
+        content_hash: str,
+        read_scan: Callable[[int], LaserScan],
+    ) -> IndexedLog:
+        """A log whose scans are those that `records` tells of."""
+        held = records.scan_of_record >= 0
+        odometry = None if records.odometry is None else records.odometry[held]
+        return cls(path, records, records.times[held], odometry, truth, tuple(notes), content_hash, read_scan)
 
     @property
     def name(self) -> str:
         """The file's name without folders."""
         return self.path.name
 
-    @cached_property
-    def record_of_scan(self) -> Int[np.ndarray, "scans"]:
-        """The record that holds each scan."""
-        return np.flatnonzero(self.records.scan_of_record >= 0)
-
-    @cached_property
-    def times(self) -> Float[np.ndarray, "scans"]:
-        """Time of each scan on the increasing axis (s)."""
-        return self.records.times[self.record_of_scan]
-
-    @cached_property
-    def odometry(self) -> Float[np.ndarray, "scans 3"] | None:
-        """Pose of the robot by odometry at each scan; None without odometry."""
-        return None if self.records.odometry is None else self.records.odometry[self.record_of_scan]
-
     def __len__(self) -> int:
-        return len(self.record_of_scan)
+        return len(self.times)
 
     def __getitem__(self, index: int) -> LaserScan:
         count = len(self)
