@@ -1,0 +1,222 @@
+"""The page: one viewer window with a locked top-down camera, its keys, clicks and timeline.
+
+    page = open_page("127.0.0.1", 8080, title="SplineScope")
+    page.on_key(lambda name: ...)                    # "ArrowRight", "Shift+ArrowRight", " ", "f", "?", "Ctrl+z"
+    page.on_click(lambda point, metres_per_pixel, client: ...)
+    page.timeline(TimelineState(index=3, length=100, processed=40))
+    page.on_timeline(lambda command, value: ...)     # ("play", 0), ("pause", 0), ("seek", 17), ("step", ±1 or ±10),
+                                                     # ("speed", 2)
+    page.on_view(lambda: ...)                        # somebody panned, zoomed, connected or left
+
+Callbacks run one after another on the server's own thread, in the order in which people acted: let them post a command
+and return. Every page that looks on shares the scene and the timeline; each has its own view.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from splinescope.page_channel import PageEvent, PageState
+from splinescope.page_server import ANY_ADDRESS, start_server
+
+logger = logging.getLogger(__name__)
+
+FIELD_OF_VIEW = 0.002  # rad: so narrow that the view is parallel to a thousandth of what is seen
+BRAND = (0, 114, 178)
+
+Bounds = tuple[float, float, float, float]
+"""A rectangle of the world: x_min, y_min, x_max, y_max (m)."""
+
+
+class Mark(NamedTuple):
+    """Something to find again on the timeline: `kind` is "key" (scan), "loop" (closure) or "lost"."""
+
+    position: int
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class TimelineState:
+    """What the timeline shows: the scan under the cursor, how many there are, how many are processed already.
+
+    `speed` multiplies real time. `label` is a few words beside the counter, such as the time of the scan. Pass the same
+    `marks` object while it does not change: it is sent only when it is another one.
+    """
+
+    index: int
+    length: int
+    processed: int
+    playing: bool = False
+    speed: float = 1.0
+    label: str = ""
+    marks: tuple[Mark, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Viewport:
+    """What one page sees: the centre in the world (m), metres per (CSS) pixel, and its size in pixels."""
+
+    x: float
+    y: float
+    metres_per_pixel: float
+    width: float
+    height: float
+
+    @property
+    def bounds(self) -> Bounds:
+        """The rectangle of the world that is visible."""
+        half_x, half_y = 0.5 * self.width * self.metres_per_pixel, 0.5 * self.height * self.metres_per_pixel
+        return self.x - half_x, self.y - half_y, self.x + half_x, self.y + half_y
+
+
+KeyCallback = Callable[[str], None]
+ClickCallback = Callable[[Float[np.ndarray, "2"], float, viser.ClientHandle], None]
+TimelineCallback = Callable[[str, float], None]
+
+
+def open_page(host: str, port: int, *, title: str = "SplineScope") -> Page:
+    """Serve the page at exactly this address; ConfigError, in a sentence, when that is impossible."""
+    return Page(start_server(host, port, title), host, title)
+
+
+class Page:
+    """The window; `server` is the viser server that panels add their widgets to."""
+
+    def __init__(self, server: viser.ViserServer, host: str, title: str) -> None:
+        self.server = server
+        self.title = title
+        self.url = f"http://{'localhost' if host in ANY_ADDRESS else host}:{server.get_port()}"
+        self._viewports: dict[int, Viewport] = {}
+        self._marks: tuple[Mark, ...] | None = None
+        self._fits = 0
+        self._keys: list[KeyCallback] = []
+        self._clicks: list[ClickCallback] = []
+        self._timelines: list[TimelineCallback] = []
+        self._views: list[Callable[[], None]] = []
+        self._set_camera()
+        server.scene.configure_environment_map(None)
+        server.scene.configure_default_lights(enabled=False)
+        server.gui.set_panel_label(title)
+        server.gui.main_panel.dock_right()
+        server._websock_server.register_handler(PageEvent, self._receive)
+        server.on_client_disconnect(self._forget)
+        self.set_dark(True)
+
+    # -- looks ---------------------------------------------------------------------------------------------------
+    def _set_camera(self) -> None:
+        camera = self.server.initial_camera
+        camera.fov = FIELD_OF_VIEW
+        camera.near, camera.far = 1.0, 1e7
+        camera.position = (0.0, 0.0, 20.0 / FIELD_OF_VIEW)
+        camera.look_at = (0.0, 0.0, 0.0)
+        camera.up = (0.0, 1.0, 0.0)
+
+    def set_dark(self, dark: bool) -> None:
+        """Dark or light, for every page."""
+        self.server.gui.configure_theme(
+            dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND, control_width="large"
+        )
+        self.send("dark", dark)
+
+    def send(self, topic: str, value: Any, client: viser.ClientHandle | None = None) -> None:
+        """Give a value to the script of one page, or of every page now and later."""
+        connection = self.server._websock_server if client is None else client._websock_connection
+        connection.queue_message(PageState.of(topic, value))
+
+    # -- view ----------------------------------------------------------------------------------------------------
+    def fit(self, bounds: Bounds, client: viser.ClientHandle | None = None) -> None:
+        """Show this rectangle with a little air around it, in one page or in every page now and later."""
+        if np.all(np.isfinite(bounds)):
+            self._fits += 1
+            self.send("fit", {"bounds": [float(b) for b in bounds], "number": self._fits}, client)
+
+    def viewport_of(self, client: viser.ClientHandle) -> Viewport | None:
+        """What this page sees; None until it has told."""
+        return self._viewports.get(client.client_id)
+
+    def bounds_of(self, client: viser.ClientHandle) -> Bounds | None:
+        """The rectangle of the world that this page sees."""
+        viewport = self.viewport_of(client)
+        return viewport.bounds if viewport else None
+
+    def metres_per_pixel(self, client: viser.ClientHandle) -> float | None:
+        """The scale of this page."""
+        viewport = self.viewport_of(client)
+        return viewport.metres_per_pixel if viewport else None
+
+    @property
+    def viewport(self) -> Viewport | None:
+        """What the page that moved last sees."""
+        return next(reversed(tuple(self._viewports.values())), None)
+
+    # -- what people do ------------------------------------------------------------------------------------------
+    def on_key(self, callback: KeyCallback) -> None:
+        """Call back with the name of every key pressed outside of an input."""
+        self._keys.append(callback)
+
+    def on_click(self, callback: ClickCallback) -> None:
+        """Call back with the point of the world that was clicked, the scale, and the page's client."""
+        self._clicks.append(callback)
+
+    def on_timeline(self, callback: TimelineCallback) -> None:
+        """Call back with what was asked of the timeline."""
+        self._timelines.append(callback)
+
+    def on_view(self, callback: Callable[[], None]) -> None:
+        """Call back when some page sees something else than before."""
+        self._views.append(callback)
+
+    def timeline(self, state: TimelineState) -> None:
+        """Show this on the timeline of every page."""
+        if state.marks is not self._marks:
+            self._marks = state.marks
+            kinds = {kind: [m.position for m in state.marks if m.kind == kind] for kind in ("key", "loop", "lost")}
+            self.send("marks", kinds)
+        names = ("index", "length", "processed", "playing", "speed", "label")
+        self.send("timeline", {name: getattr(state, name) for name in names})
+
+    def stop(self) -> None:
+        """Close the page for everybody."""
+        self.server.stop()
+
+    # -- events --------------------------------------------------------------------------------------------------
+    def _receive(self, client_id: int, event: PageEvent) -> None:
+        try:
+            calls = self._calls(client_id, event.topic, event.parsed())
+        except (ValueError, KeyError, TypeError):
+            logger.warning("the page sent a %s event that makes no sense: %.200s", event.topic, event.value)
+            return
+        for callback, arguments in calls:
+            callback(*arguments)
+
+    def _calls(self, client_id: int, topic: str, value: Any) -> list[tuple[Callable[..., None], tuple[Any, ...]]]:
+        """Who is to be called about an event, with what."""
+        match topic:
+            case "key":
+                return [(callback, (str(value),)) for callback in self._keys]
+            case "timeline":
+                return [(callback, (str(value["command"]), float(value["value"]))) for callback in self._timelines]
+            case "click":
+                point = np.array([float(value["x"]), float(value["y"])])
+                client = self.server.get_clients().get(client_id)
+                arguments = (point, float(value["metresPerPixel"]), client)
+                return [(callback, arguments) for callback in self._clicks if client is not None]
+            case "viewport":
+                names = ("x", "y", "metresPerPixel", "width", "height")
+                viewport = Viewport(*(float(value[name]) for name in names))
+                self._viewports.pop(client_id, None)
+                self._viewports[client_id] = viewport
+                return [(callback, ()) for callback in self._views]
+        raise ValueError(topic)
+
+    async def _forget(self, client: viser.ClientHandle) -> None:
+        self._viewports.pop(client.client_id, None)
+        for callback in self._views:
+            callback()

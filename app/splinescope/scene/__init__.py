@@ -1,0 +1,1 @@
+"""Drawing: the scene is a function of the View."""

@@ -1,0 +1,144 @@
+// The camera: straight down for ever. Every button pans, the wheel zooms about the pointer, nothing can tilt.
+
+import { on, send, viewer } from "./channel.js";
+
+const MIN_VIEW = 0.2; // m from top to bottom
+const MAX_VIEW = 5000;
+const DEPTH = 20; // m above and below the floor that are drawn
+const MARGIN = 28; // px around what is fitted
+
+const watchers = [];
+let locked = null; // the camera controls that have been configured
+let sender = null; // changes with every connection
+let shown = ""; // what the watchers know
+let pending = null; // a fit that waits for the camera
+let fitted = 0;
+let bottom = 0; // px covered by the timeline
+let timer = null;
+
+/** What this page sees: centre (m), metres per CSS pixel, size (px); null until the camera is up. */
+export function viewport() {
+  const { canvas, camera } = viewer() ?? {};
+  if (!canvas?.clientHeight || !camera) return null;
+  const tall = 2 * camera.position.y * Math.tan((camera.fov * Math.PI) / 360);
+  return {
+    x: -camera.position.z, // the viewer's own axes: left, up, back
+    y: -camera.position.x,
+    metresPerPixel: tall / canvas.clientHeight,
+    width: canvas.clientWidth,
+    height: canvas.clientHeight,
+  };
+}
+
+/** The point of the world under a pointer event. */
+export function worldAt(event) {
+  const view = viewport();
+  const box = viewer().canvas.getBoundingClientRect();
+  return {
+    x: view.x + (event.clientX - box.left - view.width / 2) * view.metresPerPixel,
+    y: view.y - (event.clientY - box.top - view.height / 2) * view.metresPerPixel,
+    metresPerPixel: view.metresPerPixel,
+  };
+}
+
+/** Call `watcher(viewport)` whenever something else is seen. */
+export function watch(watcher) {
+  watchers.push(watcher);
+}
+
+/** Say how many pixels at the bottom are covered, so that a fit keeps clear of them. */
+export function coverBottom(pixels) {
+  bottom = pixels;
+}
+
+function lock(controls) {
+  const { ACTION } = controls.constructor;
+  Object.assign(controls.mouseButtons, {
+    left: ACTION.TRUCK,
+    middle: ACTION.TRUCK,
+    right: ACTION.TRUCK,
+    wheel: ACTION.DOLLY,
+  });
+  Object.assign(controls.touches, {
+    one: ACTION.TOUCH_TRUCK,
+    two: ACTION.TOUCH_DOLLY_TRUCK,
+    three: ACTION.TOUCH_TRUCK,
+  });
+  const tangent = 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
+  controls.dollyToCursor = true;
+  controls.dollySpeed = 0.6;
+  controls.minDistance = MIN_VIEW / tangent;
+  viewer().configuredMaxOrbitDistance = MAX_VIEW / tangent;
+  controls.addEventListener("update", changed);
+  controls.addEventListener("rest", changed);
+  locked = controls;
+}
+
+function changed() {
+  const view = viewport();
+  if (!view) return;
+  const key = Object.values(view).join();
+  if (key === shown) return;
+  shown = key;
+  focusDepth();
+  for (const watcher of watchers) watcher(view);
+  timer ??= setTimeout(report, 80);
+}
+
+// All layers lie within a few metres of the floor: near and far as close around it as that, or depth is too coarse.
+function focusDepth() {
+  const { camera } = viewer();
+  camera.near = Math.max(camera.position.y / 2, camera.position.y - DEPTH);
+  camera.far = camera.position.y + DEPTH;
+  camera.updateProjectionMatrix();
+}
+
+function report() {
+  timer = null;
+  send("viewport", viewport());
+}
+
+function fit({ bounds, number }) {
+  const view = viewport();
+  if (!locked || !view) {
+    pending = { bounds, number };
+    return;
+  }
+  if (number === fitted) return; // said again after a lost connection
+  fitted = number;
+  const [left, low, right, high] = bounds;
+  const wide = Math.max(right - left, MIN_VIEW) / Math.max(view.width - 2 * MARGIN, 50);
+  const tall = Math.max(high - low, MIN_VIEW) / Math.max(view.height - 2 * MARGIN - bottom, 50);
+  const scale = Math.max(wide, tall);
+  const x = (left + right) / 2;
+  const y = (low + high) / 2 - (bottom / 2) * scale;
+  const tangent = 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
+  const distance = Math.min((scale * view.height) / tangent, viewer().configuredMaxOrbitDistance);
+  locked.setLookAt(-y, distance, -x, -y, 0, -x, true);
+}
+
+// The viewer may replace its controls, lose its connection or change its size at any time.
+function check() {
+  const internals = viewer();
+  if (!internals?.cameraControl || !viewport()) return;
+  if (internals.cameraControl !== locked) lock(internals.cameraControl);
+  if (internals.sendMessage !== sender) {
+    sender = internals.sendMessage;
+    timer ??= setTimeout(report, 80);
+  }
+  if (pending) {
+    fit(pending);
+    pending = null;
+  }
+  changed();
+}
+
+export function start() {
+  on("fit", fit);
+  setInterval(check, 250);
+  window.addEventListener("resize", () => requestAnimationFrame(check));
+  window.addEventListener("contextmenu", (event) => {
+    if (event.target === viewer()?.canvas) event.preventDefault();
+  });
+  window.splinescope.camera = { viewport, worldAt };
+}

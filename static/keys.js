@@ -1,0 +1,57 @@
+// Keys and clicks of the map, told to Python by name.
+
+import { worldAt } from "./camera.js";
+import { send, viewer } from "./channel.js";
+
+const CAMERA_CODES = new Set(["KeyW", "KeyA", "KeyS", "KeyD", "KeyQ", "KeyE"]);
+const REPEATING = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", ",", "."]);
+const ALONE = new Set(["Shift", "Control", "Alt", "Meta", "CapsLock", "Dead", "Process", "Unidentified"]);
+const PRESSING = new Set([" ", "Enter"]); // these work a focused button
+const STEERING = /^(Arrow|Home|End|Page)/; // these work a focused slider, tab or list
+const CLICK_PIXELS = 4;
+
+const writes = (target) => target.matches?.("input:not([type=range]), textarea, select, [contenteditable=true]");
+const steers = (target) => target.closest?.("[role=slider], [role=tablist], [role=listbox], [role=menu], [role=dialog]");
+const presses = (target) => target.closest?.("button, a[href], summary, [role=button], [role=switch]");
+
+/** The name of a key press: "f", "?", " ", "Shift+ArrowRight", "Ctrl+z"; a shifted character is that character. */
+export function nameOf(event) {
+  const character = event.key.length === 1;
+  const shift = event.shiftKey && (!character || event.ctrlKey || event.metaKey || event.key === " ");
+  const parts = [event.ctrlKey || event.metaKey ? "Ctrl" : "", event.altKey ? "Alt" : "", shift ? "Shift" : ""];
+  return [...parts.filter(Boolean), shift && character ? event.key.toLowerCase() : event.key].join("+");
+}
+
+function pressed(event) {
+  if (writes(event.target)) return;
+  if (CAMERA_CODES.has(event.code) || event.code.startsWith("Arrow")) {
+    if (steers(event.target)) return;
+    event.stopImmediatePropagation(); // the viewer would move the camera
+  }
+  if (ALONE.has(event.key) || event.isComposing || event.key === "Tab") return;
+  if (PRESSING.has(event.key) && presses(event.target)) return;
+  if (STEERING.test(event.key) && steers(event.target)) return;
+  if (event.repeat && !REPEATING.has(event.key)) return;
+  const modified = event.ctrlKey || event.metaKey || event.altKey;
+  if (modified ? /^[zy]$/i.test(event.key) : !/^(F\d+|Escape)$/.test(event.key)) event.preventDefault();
+  send("key", nameOf(event));
+}
+
+let down = null;
+
+function pointerDown(event) {
+  down = event.target === viewer()?.canvas && event.button === 0 && event.isPrimary ? event : null;
+}
+
+function pointerUp(event) {
+  if (!down) return;
+  const moved = Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
+  if (moved <= CLICK_PIXELS && event.pointerId === down.pointerId) send("click", worldAt(down));
+  down = null;
+}
+
+export function start() {
+  window.addEventListener("keydown", pressed, { capture: true });
+  window.addEventListener("pointerdown", pointerDown, { capture: true });
+  window.addEventListener("pointerup", pointerUp, { capture: true });
+}

@@ -1,0 +1,109 @@
+// What lies over the map: the scale bar, the pointer's coordinates, and the grid behind everything.
+
+import { coverBottom, viewport, watch, worldAt } from "./camera.js";
+import { on, viewer } from "./channel.js";
+
+const LONGEST = 160; // px of the scale bar
+const CELLS = [0.1, 0.5, 1, 5, 10, 50, 100, 500, 1000];
+const FINEST = 22; // px between lines of the grid
+
+/** The layer that follows the canvas; everything of ours lies in it. */
+export const layer = document.createElement("div");
+
+/** The longest of 1, 2, 5 × 10^k metres that fits into `pixels`. */
+export function roundLength(metresPerPixel, pixels = LONGEST) {
+  const room = metresPerPixel * pixels;
+  const power = 10 ** Math.floor(Math.log10(room) + 1e-9);
+  return [5, 2, 1].find((factor) => factor * power <= room * (1 + 1e-9)) * power;
+}
+
+/** A length for a person: 2 km, 5 m, 20 cm, 5 mm. */
+export function sayLength(metres) {
+  const [factor, unit] = [[1e-3, "km"], [1, "m"], [100, "cm"], [1000, "mm"]].find(([f]) => metres * f >= 0.999);
+  return `${+(metres * factor).toPrecision(3)} ${unit}`;
+}
+
+const bar = document.createElement("div");
+const readout = document.createElement("div");
+let gridShown = true;
+
+function drawScale({ metresPerPixel }) {
+  const length = roundLength(metresPerPixel);
+  bar.style.width = `${length / metresPerPixel}px`;
+  bar.textContent = sayLength(length);
+  bar.setAttribute("aria-label", `Scale: this bar is ${sayLength(length)} long`);
+}
+
+function drawGrid({ x, y, metresPerPixel, width, height }) {
+  const { canvas } = viewer();
+  const finest = CELLS.findIndex((cell) => cell / metresPerPixel >= FINEST);
+  if (!gridShown || finest < 0) {
+    canvas.style.backgroundImage = "none";
+    return;
+  }
+  const cells = [CELLS[finest + 1], CELLS[finest]].filter(Boolean);
+  const images = [];
+  const sizes = [];
+  const places = [];
+  for (const cell of cells) {
+    const size = cell / metresPerPixel;
+    const colour = cell === CELLS[finest] ? "var(--scope-grid)" : "var(--scope-grid-strong)";
+    for (const side of ["right", "bottom"]) {
+      images.push(`linear-gradient(to ${side}, ${colour} 1px, transparent 1px)`);
+      sizes.push(`${size}px ${size}px`);
+      places.push(`${(width / 2 - x / metresPerPixel) % size}px ${(height / 2 + y / metresPerPixel) % size}px`);
+    }
+  }
+  canvas.style.backgroundImage = images.join();
+  canvas.style.backgroundSize = sizes.join();
+  canvas.style.backgroundPosition = places.join();
+}
+
+function place() {
+  const box = viewer()?.canvas?.getBoundingClientRect();
+  if (!box?.height) return;
+  Object.assign(layer.style, {
+    left: `${box.left}px`,
+    top: `${box.top}px`,
+    width: `${box.width}px`,
+    height: `${box.height}px`,
+  });
+  layer.classList.toggle("narrow", box.width < 720);
+}
+
+function pointerMoved(event) {
+  if (event.target !== viewer()?.canvas || !viewport()) {
+    readout.textContent = "";
+    return;
+  }
+  const { x, y, metresPerPixel } = worldAt(event);
+  const digits = metresPerPixel < 0.005 ? 3 : 2;
+  const say = (number) => number.toFixed(digits).replace("-", "−");
+  readout.textContent = `x ${say(x)}  y ${say(y)} m`;
+}
+
+export function start() {
+  layer.id = "splinescope";
+  const corner = document.createElement("div");
+  corner.className = "scope-scale";
+  bar.className = "scope-bar";
+  bar.setAttribute("role", "img");
+  readout.className = "scope-readout";
+  corner.append(bar, readout);
+  layer.append(corner);
+  document.body.append(layer);
+  watch((view) => {
+    place();
+    drawScale(view);
+    drawGrid(view);
+  });
+  new ResizeObserver(place).observe(document.body);
+  on("grid", (shown) => {
+    gridShown = shown;
+    const view = viewport();
+    if (view) drawGrid(view);
+  });
+  on("dark", (dark) => document.documentElement.classList.toggle("scope-light", !dark));
+  window.addEventListener("pointermove", pointerMoved, { passive: true });
+  coverBottom(0);
+}
