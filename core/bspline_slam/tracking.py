@@ -29,7 +29,9 @@ from bspline_slam.segmentation import SegmentationConfig
 class TrackingConfig:
     """When a scan becomes a key scan (m, rad), what it is matched to, and when its match is not believed.
 
-    `local_scans` and `local_travel` bound the local map. Below `lost_score` odometry is taken instead.
+    `local_scans` make the local map. A scan is searched for, not only refined, when it becomes a key scan, when fewer
+    than `doubtful_inliers` of its beams fit, or when the squared Mahalanobis distance to its prediction exceeds
+    `surprise`. Below a correlation of `lost_score` odometry is taken instead.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors.
     """
@@ -41,7 +43,8 @@ class TrackingConfig:
     still_turn: float = np.deg2rad(0.3)
     good_score: float = 0.6
     lost_score: float = 0.3
-    lost_inliers: float = 0.35
+    doubtful_inliers: float = 0.5
+    surprise: float = 9.0
     widening: float = 9.0
     floor: tuple[float, float, float] = (0.007, 0.007, 0.003)
 
@@ -104,15 +107,15 @@ class Tracker:
             self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], predicted)))
             return Tracked(predicted, predicted, 1.0, lost=False, key=False)
 
-        match = self._refined(points, predicted, tries[0])
-        key = self._is_key(match.pose) or match.inliers < self.config.lost_inliers
+        match = self._refined(points, predicted, tries[0], self.matching.tracking_gates)
+        key = self._is_key(match.pose) or self._is_key(predicted)
         lost = False
-        if key:
+        if key or self._doubtful(match, predicted, tries[0]):
             match = self._searched(points, previous, tries, predicted)
             lost = match.score < self.config.lost_score
         pose = predicted if lost else match.pose
         self._last_step = se2.between(previous, pose)
-        if key and (lost or self._is_key(pose)):
+        if key or self._is_key(pose):
             self._insert(scan, points, pose, odometry, None if lost else match)
             return Tracked(predicted, pose, match.score, lost, key=True)
         self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], pose)))
@@ -150,16 +153,31 @@ class Tracker:
         moved = se2.between(self.key_poses[-1], pose)
         return bool(np.hypot(moved[0], moved[1]) > self.config.distance or abs(moved[2]) > self.config.turn)
 
+    def _doubtful(
+        self, match: Match, predicted: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]
+    ) -> bool:
+        """Whether a match without search lies too far from its prediction, or too few beams support it."""
+        off = se2.between(predicted, match.pose)
+        surprise = float(off @ step_information(step, self.motion) @ off)
+        return surprise > self.config.surprise or match.inliers < self.config.doubtful_inliers
+
     def _information(self, guess: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
         turn = np.eye(3)
         turn[:2, :2] = se2.rotation(guess[2])
         return turn @ step_information(step, self.motion) @ turn.T
 
     def _refined(
-        self, points: PointSet, guess: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"], score: float = 1.0
+        self,
+        points: PointSet,
+        guess: Float[np.ndarray, "3"],
+        step: Float[np.ndarray, "3"],
+        gates: tuple[float, ...],
+        score: float = 1.0,
     ) -> Match:
         information = self._information(guess, step)
-        return refine(self.local_target(), points, guess, self.matching, score=score, prior_information=information)
+        return refine(
+            self.local_target(), points, guess, self.matching, score=score, prior_information=information, gates=gates
+        )
 
     def _searched(
         self,
@@ -178,7 +196,7 @@ class Tracker:
                 best, best_score = found, score
             if best_score > self.config.good_score:
                 break
-        return self._refined(points, best, tries[0], best_score)
+        return self._refined(points, best, tries[0], self.matching.gates, best_score)
 
     def _insert(
         self,

@@ -295,3 +295,48 @@ def refine(
         theta -= step_theta
     rms = math.sqrt(squares / inliers) if inliers else 0.0
     return np.array([x, y, theta]), information, inliers / max(n, 1), rms
+
+
+@njit(cache=True)
+def facing_candidates(
+    points, point_normals, target, normals, owner, start, order, origin, shape, cell, gate, agree, most
+):
+    """For each point the nearest target point of each of up to `most` different owners, nearest first; −1 beyond.
+
+    Candidates lie within `gate` (at most one bucket) and their normals agree with the point's.
+    """
+    n = len(points)
+    found = np.full((n, most), -1, np.int64)
+    distance = np.full((n, most), np.inf)
+    rows, columns = shape[0], shape[1]
+    for p in range(n):
+        x, y = points[p, 0], points[p, 1]
+        nx, ny = point_normals[p, 0], point_normals[p, 1]
+        ci = int(math.floor((x - origin[0]) / cell))
+        cj = int(math.floor((y - origin[1]) / cell))
+        for i in range(max(ci - 1, 0), min(ci + 2, rows)):
+            for j in range(max(cj - 1, 0), min(cj + 2, columns)):
+                b = i * columns + j
+                for s in range(start[b], start[b + 1]):
+                    k = order[s]
+                    dx, dy = x - target[k, 0], y - target[k, 1]
+                    d = dx * dx + dy * dy
+                    if d > gate * gate or nx * normals[k, 0] + ny * normals[k, 1] < agree:
+                        continue
+                    place = -1
+                    for m in range(most):
+                        if found[p, m] >= 0 and owner[found[p, m]] == owner[k]:
+                            place = m
+                            break
+                    if place < 0:
+                        place = most - 1
+                    if d >= distance[p, place]:
+                        continue
+                    distance[p, place] = d
+                    found[p, place] = k
+                    while place > 0 and distance[p, place] < distance[p, place - 1]:
+                        held_d, held_k = distance[p, place - 1], found[p, place - 1]
+                        distance[p, place - 1], found[p, place - 1] = distance[p, place], found[p, place]
+                        distance[p, place], found[p, place] = held_d, held_k
+                        place -= 1
+    return found
