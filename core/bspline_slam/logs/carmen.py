@@ -71,12 +71,13 @@ class Sensor:
         return LaserScan(index, line.stamp, ranges, bearings, RANGE_MIN, self.range_max, self.pose_robot_sensor)
 
 
-def read_carmen(path: Path, text: bytes, content_hash: str, progress: Progress) -> IndexedLog:
-    """Index the text of a CARMEN log. LogError when no scan can be read from it."""
+def read_carmen(path: Path, text: bytes, content_hash: str, topic: str | None, progress: Progress) -> IndexedLog:
+    """Index the text of a CARMEN log; `topic` may name another laser of it, such as RLASER.
+
+    LogError when no scan can be read from it.
+    """
     found = walk(text, progress)
-    tag = next((tag for tag in LASERS if found.beams[tag]), None)
-    if tag is None:
-        raise _no_scan(path, found)
+    tag = _laser(path, found, topic)
     scans = [entry for entry in found.entries if entry.tag == tag]
     kept = [entry for entry in found.entries if entry.tag in (tag, b"ODOM")]
     stamps = np.array([entry.stamp for entry in kept])
@@ -148,6 +149,19 @@ def _index_line(found: Findings, fields: list[bytes], start: int, end: int, samp
 
 
 # -- what follows from it --------------------------------------------------------------------------------------
+def _laser(path: Path, found: Findings, topic: str | None) -> bytes:
+    """The tag asked for, else the first of LASERS that the log has."""
+    present = [tag for tag in LASERS if found.beams[tag]]
+    if not present:
+        raise _no_scan(path, found)
+    if topic is None:
+        return present[0]
+    if topic.encode() not in present:
+        names = ", ".join(tag.decode() for tag in present)
+        raise LogError(path, f"the log has no laser topic {topic}: its lasers are {names}")
+    return topic.encode()
+
+
 def _no_scan(path: Path, found: Findings) -> LogError:
     """Why no scan could be read."""
     damaged = [(number, rule) for number, rule in found.damaged if rule.split()[0].encode() in LASERS]
@@ -221,7 +235,7 @@ def _truth(entries: Sequence[Entry]) -> Float[np.ndarray, "scans 3"] | None:
 
 def _line_notes(tag: bytes, found: Findings) -> list[str]:
     notes = []
-    if tag != b"FLASER":
+    if not found.beams[b"FLASER"]:
         notes.append(f"The log has no FLASER lines: its scans are read from {tag.decode()} lines.")
     others = [(other.decode(), found.beams[other].total()) for other in LASERS if other != tag and found.beams[other]]
     notes += [f"{count} {name} lines of another laser are left out." for name, count in others]

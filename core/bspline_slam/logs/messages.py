@@ -1,0 +1,43 @@
+"""Messages of a ROS recording as they come out of its file, before anything is decoded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+
+_SAME_LAYOUT = {"tf/msg/tfMessage": TRANSFORMS}
+
+
+class RawMessage(NamedTuple):
+    """One message: its topic, its type (one of the three above), when it was recorded (s), and its bytes."""
+
+    topic: str
+    kind: str
+    recorded: float
+    payload: bytes
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Recording:
+    """What a reader of bags hands over.
+
+    `messages` yields those of the three types in the order of recording; while it runs, `topics` (topic → type, all
+    types) and `notes` fill. `decode` turns a payload of a type into rosbags' message object.
+    """
+
+    messages: Iterator[RawMessage]
+    topics: dict[str, str]
+    decode: Callable[[bytes, str], Any]
+    notes: list[str] = field(default_factory=list)
+
+
+def canonical_type(name: str) -> str:
+    """`sensor_msgs/LaserScan` and `sensor_msgs/msg/LaserScan` are one; the old tf message is laid out like the new."""
+    parts = name.split("/")
+    full = name if len(parts) != 2 else f"{parts[0]}/msg/{parts[1]}"
+    return _SAME_LAYOUT.get(full, full)
