@@ -40,7 +40,7 @@ class SplineFactor:
 
     def jacobians(
         self, pose: Float[np.ndarray, "3"], control_points: Float[np.ndarray, "m 2"]
-    ) -> tuple[Float[np.ndarray, "r 3"], Float[np.ndarray, "r 2m"]]:
+    ) -> tuple[Float[np.ndarray, "r 3"], Float[np.ndarray, "r d"]]:
         """∂e/∂(x, y, θ) and ∂e/∂vec(c): ∂q_i/∂c_i = Rᵀ = −∂q_i/∂x, ∂q_i/∂θ = (q_iy, −q_ix)."""
         points_robot = se2.transform(se2.inverse(pose), control_points)
         by_point = (self.A.reshape(-1, len(control_points), 2) @ se2.rotation(pose[2]).T).reshape(self.A.shape)
@@ -100,6 +100,10 @@ class ShapePrior:
     first: int
     A: Float[np.ndarray, "r d"]
     b: Float[np.ndarray, "r"]
+
+    def residual(self, control_points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "r"]:
+        """e of the m control points in the world frame; its Jacobian is `A`."""
+        return self.A @ control_points.ravel() - self.b
 
 
 @dataclass(frozen=True, eq=False, slots=True)
