@@ -30,19 +30,19 @@ class PageEvent(Message, include_in_scene_serialization=False):
 
 @dataclass
 class PageState(RunJavascriptMessage, include_in_scene_serialization=False):
-    """A value for the script in the page, as the statement that hands it over."""
+    """A value for the script in the page, as the statement that hands it over under its `topic`."""
+
+    topic: str = ""
 
     @classmethod
     def of(cls, topic: str, value: Any) -> PageState:
-        """The message that gives `value` (anything JSON can say) to the page under `topic`."""
+        """The message that gives `value` (anything JSON can say) to the page."""
         text = json.dumps(value, allow_nan=False)
-        message = cls(f"window.splinescope.receive({json.dumps(topic)}, {text});")
-        message.__dict__["_cached_redundancy_key"] = f"{cls.__name__}_{topic}"
-        return message
+        return cls(f"window.splinescope.receive({json.dumps(topic)}, {text});", topic)
 
     @override
     def redundancy_key(self) -> str:
-        return self.__dict__["_cached_redundancy_key"]
+        return f"PageState_{self.topic}"
 
     @override
     def as_serializable_dict(self, binary_buffers: list[memoryview] | None = None) -> dict[str, Any]:

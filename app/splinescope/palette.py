@@ -1,0 +1,133 @@
+"""Colours, line styles and glyphs: one meaning each, legible on dark and on light, never told by hue alone.
+
+The hues are those of Okabe and Ito (2008), which people with any colour vision can tell apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from bspline_slam.association import Verdict
+
+Colour = UInt8[np.ndarray, "3"]
+
+
+def _rgb(text: str) -> Colour:
+    return np.frombuffer(bytes.fromhex(text), dtype=np.uint8)
+
+
+ORANGE, SKY, GREEN, YELLOW = _rgb("E69F00"), _rgb("56B4E9"), _rgb("009E73"), _rgb("F0E442")
+BLUE, VERMILION, PURPLE = _rgb("0072B2"), _rgb("D55E00"), _rgb("CC79A7")
+GREY = _rgb("8A949E")
+SPLINE_HUES = (SKY, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILION)
+MINIMUM_CONTRAST = 3.0  # WCAG 2.2, 1.4.11: what graphics need against their background
+
+
+class LineStyle(Enum):
+    """How a line is broken: lengths of ink and gap in pixels; empty for a line without gaps."""
+
+    SOLID = ()
+    DASHED = (9.0, 6.0)
+    DOTTED = (2.5, 4.5)
+    DASH_DOT = (11.0, 4.0, 2.5, 4.0)
+
+
+class Glyph(Enum):
+    """Small signs of constant size on the screen."""
+
+    CIRCLE = "circle"
+    CHEVRONS = "chevrons"
+    PLUS = "plus"
+    CROSS = "cross"
+    BAR = "bar"
+    DIAMOND = "diamond"
+    SQUARE = "square"
+    CORNER = "corner"
+    OPEN = "open"
+    FAN = "fan"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Style:
+    """What one state looks like: hue, line and glyph differ between any two states."""
+
+    label: str
+    hue: Colour
+    line: LineStyle
+    glyph: Glyph
+
+
+VERDICT_STYLES: dict[Verdict, Style] = {
+    Verdict.MATCHED: Style("Matched", GREEN, LineStyle.SOLID, Glyph.CIRCLE),
+    Verdict.EXTENDED: Style("Extended", SKY, LineStyle.DASH_DOT, Glyph.CHEVRONS),
+    Verdict.NEW: Style("New", ORANGE, LineStyle.DOTTED, Glyph.PLUS),
+    Verdict.GATED: Style("Gated out", VERMILION, LineStyle.DASHED, Glyph.CROSS),
+    Verdict.IGNORED: Style("Ignored", GREY, LineStyle.DOTTED, Glyph.BAR),
+}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Theme:
+    """The ground that everything is drawn on, and the ink that stands out from it most."""
+
+    background: Colour
+    ink: Colour
+
+    def legible(self, hue: Colour, contrast: float = MINIMUM_CONTRAST) -> Colour:
+        """The hue, moved towards the ink just as far as this contrast with the background asks for."""
+        for share in np.linspace(0.0, 1.0, 41):
+            colour = mix(hue, self.ink, float(share))
+            if contrast_ratio(colour, self.background) >= contrast:
+                return colour
+        return self.ink
+
+    def faint(self, hue: Colour, strength: float) -> Colour:
+        """The hue as if drawn with this opacity (0…1) on the background."""
+        return mix(self.background, hue, strength)
+
+    def spline(self, spline_id: int) -> Colour:
+        """The colour of a spline: from its id alone, so that no edit ever changes it."""
+        hue = SPLINE_HUES[spline_id % len(SPLINE_HUES)]
+        tint = (0.0, 0.28, 0.14)[spline_id // len(SPLINE_HUES) % 3]
+        return self.legible(mix(hue, self.ink, tint))
+
+    def verdict(self, verdict: Verdict) -> Colour:
+        """The hue of a decision on an association."""
+        return self.legible(VERDICT_STYLES[verdict].hue)
+
+
+DARK = Theme(_rgb("0D1218"), _rgb("F2F5F8"))
+LIGHT = Theme(_rgb("F7F8F9"), _rgb("17212B"))
+
+
+def theme(dark: bool) -> Theme:
+    """The theme that goes with the page."""
+    return DARK if dark else LIGHT
+
+
+def mix(a: Colour, b: Colour, share: float) -> Colour:
+    """From a (share 0) to b (share 1), in the colour space of the screen."""
+    return np.rint((1.0 - share) * a.astype(float) + share * b.astype(float)).astype(np.uint8)
+
+
+def luminance(colour: Colour) -> float:
+    """Relative luminance of an sRGB colour, 0 (black) to 1 (white) (WCAG 2.2)."""
+    value: Float[np.ndarray, "3"] = colour.astype(float) / 255.0
+    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    return float(linear @ np.array([0.2126, 0.7152, 0.0722]))
+
+
+def contrast_ratio(a: Colour, b: Colour) -> float:
+    """Contrast of two colours, 1 (none) to 21 (black on white) (WCAG 2.2)."""
+    low, high = sorted((luminance(a), luminance(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def hexadecimal(colour: Colour) -> str:
+    """The colour as style sheets write it: #rrggbb."""
+    return "#" + colour.tobytes().hex()

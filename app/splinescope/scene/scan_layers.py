@@ -1,0 +1,208 @@
+"""What the scan under the cursor looks like: a ScanView as line work."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam import se2
+from bspline_slam.association import Association, Verdict
+from bspline_slam.segmentation import EndKind, ScanSegment
+from splinescope.palette import GREY, PURPLE, SKY, VERDICT_STYLES, VERMILION, YELLOW, Glyph, LineStyle, Theme
+from splinescope.scene.curves import sampled
+from splinescope.scene.detail import Detail
+from splinescope.scene.ellipses import blocks, ellipses
+from splinescope.scene.strokes import Strokes, dashed, glyphs, polyline
+from splinescope.view import FittedSegment, MapView, ScanView, Selection
+
+MOST_BEAMS = 240
+GHOST_REACH = 6.0  # m: how far beams without an echo are drawn at least
+ROBOT_PIXELS = 11.0
+ROBOT_LENGTH = 0.35  # m
+
+END_GLYPHS = {
+    EndKind.EDGE: Glyph.BAR,
+    EndKind.OCCLUDED: Glyph.OPEN,
+    EndKind.CORNER: Glyph.CORNER,
+    EndKind.NO_RETURN: Glyph.CROSS,
+    EndKind.FIELD_OF_VIEW: Glyph.FAN,
+}
+
+
+def beams(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """Thin rays from the sensor to what they hit; of very dense scans only some."""
+    hits = se2.transform(view.pose, view.scan.points_robot[view.scan.valid])
+    hits = hits[:: max(len(hits) // MOST_BEAMS, 1)]
+    sensor = np.broadcast_to(_sensor(view), hits.shape)
+    return Strokes.of(np.stack([sensor, hits], axis=1), theme.faint(YELLOW, 0.17 if _dark(theme) else 0.5))
+
+
+def no_return_beams(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """Rays that came back from nowhere: dashed, a little farther than the farthest hit."""
+    scan = view.scan
+    free = np.flatnonzero(scan.no_return)
+    free = free[:: max(len(free) // (MOST_BEAMS // 3), 1)]
+    hits = scan.ranges[scan.valid]
+    reach = min(max(1.1 * float(np.max(hits, initial=0.0)), GHOST_REACH), scan.range_max)
+    sensor = _sensor(view)
+    directions = se2.rotate(view.pose, scan.directions_robot[free])
+    pixel = max(detail.pixel, reach / 180.0)
+    rays = [dashed(np.stack([sensor, sensor + reach * d]), LineStyle.DASHED, pixel) for d in directions]
+    return Strokes.joined(Strokes.of(ray, theme.faint(GREY, 0.3)) for ray in rays)
+
+
+def segments(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """Segments as broad lines: in the hue of the verdict on each stretch of beams, broken where it was turned away."""
+    plain = theme.legible(theme.faint(theme.ink, 0.75))
+    decisions: dict[int, list[Association]] = {}
+    for association in view.associations:
+        decisions.setdefault(association.segment, []).append(association)
+    parts = []
+    for fitted in view.segments:
+        segment = fitted.segment
+        points = se2.transform(view.pose, segment.points)
+        mine = decisions.get(segment.index, [])
+        covered = np.zeros(len(points), dtype=bool)
+        for association in mine:
+            stretch = _stretch(segment, association)
+            covered |= stretch
+            turned_away = association.verdict in (Verdict.GATED, Verdict.IGNORED)
+            style = LineStyle.DASHED if turned_away else LineStyle.SOLID
+            line = dashed(points[stretch], style, detail.pixel)
+            parts.append(Strokes.of(line, theme.verdict(association.verdict)))
+        if not covered.any():
+            parts.append(Strokes.of(polyline(points), plain))
+    return Strokes.joined(parts)
+
+
+def fits(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """The curves fitted to the segments, as thin lines over them."""
+    curves = [f.curve.with_control_points(_placed(f, view)) for f in view.segments if f.curve is not None]
+    lines, _ = sampled(curves, [curve.domain for curve in curves], detail)
+    return Strokes.of(lines, theme.ink)
+
+
+def fit_points(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """Control points of the fitted curves, small circles."""
+    placed = [_placed(f, view) for f in view.segments if f.curve is not None]
+    if not placed or not _readable(detail):
+        return Strokes.none()
+    points = np.concatenate(placed)
+    return glyphs(Glyph.CIRCLE, points, np.tile(theme.ink, (len(points), 1)), 3.0 * detail.pixel)
+
+
+def fit_ellipses(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """2σ ellipses of the control points of the fits."""
+    known = [f for f in view.segments if f.curve is not None and f.covariance is not None]
+    if not known or not _readable(detail):
+        return Strokes.none()
+    turn = se2.rotation(float(view.pose[2]))
+    covariances = np.concatenate([blocks(f.covariance) for f in known if f.covariance is not None])
+    centres = np.concatenate([_placed(f, view) for f in known])
+    colours = np.tile(theme.legible(SKY), (len(centres), 1))
+    return ellipses(centres, turn @ covariances @ turn.T, colours, detail.pixel, theme.legible(VERMILION))
+
+
+def ends(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """Breakpoints and corners: one glyph per kind of end."""
+    if not _readable(detail):
+        return Strokes.none()
+    places: dict[EndKind, list[Float[np.ndarray, "2"]]] = {kind: [] for kind in EndKind}
+    for fitted in view.segments:
+        points = se2.transform(view.pose, fitted.segment.points)
+        places[fitted.segment.start].append(points[0])
+        places[fitted.segment.end].append(points[-1])
+    hue = theme.legible(YELLOW)
+    parts = [
+        glyphs(END_GLYPHS[kind], np.array(at), np.tile(hue, (len(at), 1)), 5.0 * detail.pixel)
+        for kind, at in places.items()
+        if at
+    ]
+    return Strokes.joined(parts)
+
+
+def ties(view: ScanView, map_view: MapView | None, theme: Theme, detail: Detail) -> Strokes:
+    """Each decision: its glyph beside the stretch it is about, and a line on to the spline in question."""
+    if not _readable(detail):
+        return Strokes.none()
+    by_index = {fitted.segment.index: fitted.segment for fitted in view.segments}
+    parts = []
+    for association in view.associations:
+        segment = by_index.get(association.segment)
+        if segment is not None and _stretch(segment, association).any():
+            parts.append(_tie(view, association, segment, map_view, theme, detail))
+    return Strokes.joined(parts)
+
+
+def _tie(
+    view: ScanView,
+    association: Association,
+    segment: ScanSegment,
+    map_view: MapView | None,
+    theme: Theme,
+    detail: Detail,
+) -> Strokes:
+    points = se2.transform(view.pose, segment.points[_stretch(segment, association)])
+    middle = points[len(points) // 2]
+    towards = _sensor(view) - middle
+    glyph_at = middle + towards / max(float(np.linalg.norm(towards)), 1e-9) * 18.0 * detail.pixel
+    style, hue = VERDICT_STYLES[association.verdict], theme.verdict(association.verdict)
+    target = middle
+    if (nearest := association.candidates[0].spline if association.candidates else association.spline) is not None:
+        wanted = association.spline if association.spline is not None else nearest
+        if map_view is not None and wanted in map_view.map:
+            curve = map_view.map[wanted].curve
+            target = curve(curve.foot_points(middle[None]))[0]
+    parts = [
+        Strokes.of(dashed(np.stack([glyph_at, middle]), style.line, detail.pixel), hue),
+        Strokes.of(dashed(np.stack([middle, target]), style.line, detail.pixel), hue),
+        glyphs(style.glyph, glyph_at[None], hue[None], 5.5 * detail.pixel),
+    ]
+    if association.by == "hand":
+        parts.append(glyphs(Glyph.DIAMOND, glyph_at[None], theme.legible(PURPLE)[None], 11.0 * detail.pixel))
+    return Strokes.joined(parts)
+
+
+def robot(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
+    """The robot as an arrowhead that never gets small: filled for a key scan, with a warning where it is lost."""
+    size = max(ROBOT_PIXELS * detail.pixel, ROBOT_LENGTH)
+    outline = size * np.array([[1.1, 0.0], [-0.8, 0.72], [-0.4, 0.0], [-0.8, -0.72], [1.1, 0.0]])
+    hue = theme.legible(VERMILION) if view.lost else theme.ink
+    lines = [polyline(se2.transform(view.pose, outline))]
+    if view.key:
+        lines += [polyline(se2.transform(view.pose, outline * share)) for share in (0.72, 0.45, 0.2)]
+    drawn = Strokes.of(np.concatenate(lines), hue)
+    if not view.lost:
+        return drawn
+    above = view.pose[None, :2] + np.array([0.0, 1.2 * size + 12.0 * detail.pixel])
+    return Strokes.joined([drawn, glyphs(Glyph.WARNING, above, hue[None], 9.0 * detail.pixel)])
+
+
+def halo(view: ScanView | None, selection: Selection | None, theme: Theme, detail: Detail) -> Strokes:
+    """The selected segment once more, for a broad line beneath it."""
+    if view is None or selection is None or selection.kind != "segment":
+        return Strokes.none()
+    chosen = [f.segment for f in view.segments if f.segment.index == selection.id]
+    lines = [polyline(se2.transform(view.pose, segment.points)) for segment in chosen]
+    return Strokes.joined(Strokes.of(line, theme.faint(theme.ink, 0.35)) for line in lines)
+
+
+def _stretch(segment: ScanSegment, association: Association) -> np.ndarray:
+    return (segment.beams >= association.first) & (segment.beams <= association.last)
+
+
+def _sensor(view: ScanView) -> Float[np.ndarray, "2"]:
+    return se2.transform(view.pose, view.scan.pose_robot_sensor[:2])
+
+
+def _placed(fitted: FittedSegment, view: ScanView) -> Float[np.ndarray, "n 2"]:
+    assert fitted.curve is not None
+    return se2.transform(view.pose, fitted.curve.control_points)
+
+
+def _readable(detail: Detail) -> bool:
+    return detail.pixel <= 0.05
+
+
+def _dark(theme: Theme) -> bool:
+    return int(theme.background[0]) < 128

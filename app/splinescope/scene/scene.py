@@ -1,0 +1,199 @@
+"""The scene: draws a View, and of it only what has changed since the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinescope.page import Page
+from splinescope.page_values import Bounds
+from splinescope.palette import Theme, theme
+from splinescope.scene import map_layers, scan_layers
+from splinescope.scene.detail import OVERVIEW, Detail
+from splinescope.scene.legend import legend
+from splinescope.scene.nodes import LineNode
+from splinescope.scene.strokes import Strokes
+from splinescope.view import Layer, MapView, ScanView, View
+
+Sources = tuple[object, ...]
+"""What a node was drawn from: the same objects again, the same picture again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A View with how it is to be drawn."""
+
+    view: View
+    theme: Theme
+    detail: Detail
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """One class of things: the layer that switches it (None: always on), its line width in pixels, what it depends
+    on besides theme and detail, and how it is drawn. The order of the drawings is from the floor upwards."""
+
+    name: str
+    layer: Layer | None
+    width: float
+    sources: Callable[[View], Sources]
+    draw: Callable[[Frame], Strokes]
+
+
+def _of_map(draw: Callable[[MapView, Theme, Detail], Strokes]) -> Callable[[Frame], Strokes]:
+    return lambda f: Strokes.none() if f.view.map is None else draw(f.view.map, f.theme, f.detail)
+
+
+def _of_scan(draw: Callable[[ScanView, Theme, Detail], Strokes]) -> Callable[[Frame], Strokes]:
+    return lambda f: Strokes.none() if f.view.scan is None else draw(f.view.scan, f.theme, f.detail)
+
+
+def _halo(f: Frame) -> Strokes:
+    arguments = (f.view.selection, f.theme, f.detail)
+    return Strokes.joined([map_layers.halo(f.view.map, *arguments), scan_layers.halo(f.view.scan, *arguments)])
+
+
+def _map(view: View) -> Sources:
+    return (view.map,)
+
+
+def _scan(view: View) -> Sources:
+    return (view.scan,)
+
+
+def _map_and_selection(view: View) -> Sources:
+    return (view.map, view.selection)
+
+
+DRAWINGS = (
+    Drawing("no return", Layer.NO_RETURN, 1.0, _scan, _of_scan(scan_layers.no_return_beams)),
+    Drawing("beams", Layer.BEAMS, 1.0, _scan, _of_scan(scan_layers.beams)),
+    Drawing("odometry", Layer.ODOMETRY, 1.5, _map, _of_map(map_layers.odometry)),
+    Drawing("truth", Layer.TRUTH, 1.8, _map, _of_map(map_layers.truth)),
+    Drawing("estimate", Layer.ESTIMATE, 1.4, _map, _of_map(map_layers.estimate)),
+    Drawing("loops", Layer.LOOPS, 1.4, _map, _of_map(map_layers.loop_closures)),
+    Drawing("halo", None, 9.0, lambda v: (v.map, v.scan if _segment(v) else None, v.selection), _halo),
+    Drawing(
+        "ellipses",
+        Layer.ELLIPSES,
+        1.2,
+        _map_and_selection,
+        lambda f: _with_selection(f, map_layers.map_ellipses),
+    ),
+    Drawing("splines", Layer.SPLINES, 2.6, _map, _of_map(map_layers.splines)),
+    Drawing(
+        "control points",
+        Layer.CONTROL_POINTS,
+        1.4,
+        _map_and_selection,
+        lambda f: _with_selection(f, map_layers.control_points),
+    ),
+    Drawing("segments", Layer.SEGMENTS, 5.0, _scan, _of_scan(scan_layers.segments)),
+    Drawing("fit ellipses", Layer.FIT_ELLIPSES, 1.2, _scan, _of_scan(scan_layers.fit_ellipses)),
+    Drawing("fits", Layer.FITS, 1.4, _scan, _of_scan(scan_layers.fits)),
+    Drawing("fit points", Layer.FIT_POINTS, 1.4, _scan, _of_scan(scan_layers.fit_points)),
+    Drawing("ends", Layer.BREAKS, 1.8, _scan, _of_scan(scan_layers.ends)),
+    Drawing(
+        "associations",
+        Layer.ASSOCIATIONS,
+        1.8,
+        lambda v: (v.scan, v.map),
+        lambda f: (
+            Strokes.none() if f.view.scan is None else scan_layers.ties(f.view.scan, f.view.map, f.theme, f.detail)
+        ),
+    ),
+    Drawing(
+        "pointed at",
+        None,
+        2.2,
+        _map_and_selection,
+        lambda f: map_layers.pointed_at(f.view.map, f.view.selection, f.theme, f.detail),
+    ),
+    Drawing("robot", None, 2.4, _scan, _of_scan(scan_layers.robot)),
+)
+
+
+def _segment(view: View) -> bool:
+    return view.selection is not None and view.selection.kind == "segment"
+
+
+def _with_selection(f: Frame, draw: Callable[..., Strokes]) -> Strokes:
+    return Strokes.none() if f.view.map is None else draw(f.view.map, f.theme, f.detail, f.view.selection)
+
+
+class Scene:
+    """Holds the nodes of one page. Call `draw` whenever the View has changed, or when `stale` says that somebody
+    zoomed or panned so far that the picture should be made finer, coarser or elsewhere."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        server = page.server
+        self._nodes = {d.name: LineNode(server, d.name, i + 1, d.width) for i, d in enumerate(DRAWINGS)}
+        self._drawn: dict[str, Sources] = {}
+        self._detail = OVERVIEW
+        self._dark: bool | None = None
+        self._grid: bool | None = None
+
+    @property
+    def stale(self) -> bool:
+        """Whether the view has moved beyond what the last drawing was made for."""
+        return self._wanted_detail() != self._detail
+
+    @property
+    def segment_counts(self) -> dict[str, int]:
+        """How many line segments each node shows just now."""
+        return {name: len(node) for name, node in self._nodes.items()}
+
+    def draw(self, view: View) -> None:
+        """Make every page show this View; what it shares with the last one is not sent again."""
+        self._detail = self._wanted_detail()
+        frame = Frame(view, theme(view.dark), self._detail)
+        if view.dark != self._dark:
+            self._dark = view.dark
+            self.page.set_dark(view.dark)
+            self.page.send("legend", legend(frame.theme))
+        if (grid := Layer.GRID in view.layers) != self._grid:
+            self._grid = grid
+            self.page.send("grid", grid)
+        with self.page.server.atomic():
+            for drawing in DRAWINGS:
+                self._update(drawing, frame)
+
+    def _update(self, drawing: Drawing, frame: Frame) -> None:
+        node = self._nodes[drawing.name]
+        if drawing.layer is not None and drawing.layer not in frame.view.layers:
+            node.hide()
+            self._drawn.pop(drawing.name, None)
+            return
+        sources = (frame.theme, frame.detail, *drawing.sources(frame.view))
+        before = self._drawn.get(drawing.name)
+        if before is None or not _same(before, sources):
+            node.show(drawing.draw(frame))
+            self._drawn[drawing.name] = sources
+
+    def _wanted_detail(self) -> Detail:
+        viewport = self.page.viewport
+        return OVERVIEW if viewport is None else Detail.of(viewport)
+
+
+def _same(before: Sources, now: Sources) -> bool:
+    """Frozen values count by what they hold where that is cheap (Detail, Selection), large ones by identity."""
+    return len(before) == len(now) and all(a is b or a == b for a, b in zip(before, now, strict=True))
+
+
+def bounds_of(view: View) -> Bounds | None:
+    """The rectangle that holds the map, the path and the scan of a View; None when it holds nothing."""
+    points = [np.zeros((0, 2))]
+    if view.map is not None:
+        points += [spline.curve.control_points for spline in view.map.map]
+        points.append(view.map.estimate[:, :2])
+    if view.scan is not None:
+        points.append(view.scan.pose[None, :2])
+    together = np.concatenate(points)
+    together = together[np.isfinite(together).all(axis=1)]
+    if len(together) == 0:
+        return None
+    low, high = together.min(axis=0), together.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
