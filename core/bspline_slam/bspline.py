@@ -39,6 +39,8 @@ def basis_rows(
     t = np.asarray(t, dtype=float)
     last = int(np.searchsorted(knots, knots[count], side="left")) - 1
     span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
+    if derivative > degree:
+        return span - degree, np.zeros((len(t), degree + 1))
     values = np.ones((len(t), 1))
     for p in range(1, degree + 1):
         raised = np.zeros((len(t), p + 1))
@@ -137,20 +139,39 @@ class BSpline:
 
     # -- where things meet the curve ---------------------------------------------------------------------------
     def foot_points(self, points: Float[np.ndarray, "m 2"], iterations: int = 8) -> Float[np.ndarray, "m"]:
-        """Parameter of the nearest curve point of each point, inside the domain (Newton from the nearest of dense
-        samples)."""
+        """Parameter of the nearest curve point of each point, inside the domain.
+
+        Newton from the nearest chord between dense samples; the best of its iterates counts, for at a corner of the
+        curve it jumps between the two sides.
+        """
         points = np.atleast_2d(points)
-        dense_t, dense = self._dense
-        nearest = np.argmin(((points[:, None] - dense[None]) ** 2).sum(-1), axis=1)
-        low, high = dense_t[np.maximum(nearest - 1, 0)], dense_t[np.minimum(nearest + 1, len(dense_t) - 1)]
-        t = dense_t[nearest]
-        for _ in range(iterations):
+        t, low, high = self._on_nearest_chord(points)
+        best, least = t, np.full(len(points), np.inf)
+        for _ in range(iterations + 1):
             off, d1, d2 = self(t) - points, self(t, 1), self(t, 2)
+            distance = (off * off).sum(1)
+            best, least = np.where(distance < least, t, best), np.minimum(distance, least)
             gradient = (off * d1).sum(1)
             curvature = (d1 * d1).sum(1) + (off * d2).sum(1)
             safe = np.where(curvature > 1e-12, curvature, (d1 * d1).sum(1) + 1e-12)
             t = np.clip(t - gradient / safe, low, high)
-        return t
+        return best
+
+    def _on_nearest_chord(
+        self, points: Float[np.ndarray, "m 2"]
+    ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+        """Parameter of each point's projection on the nearest chord of the dense samples, and the stretch between
+        the far ends of its two neighbours."""
+        dense_t, dense = self._dense
+        start, along = dense[:-1], np.diff(dense, axis=0)
+        squared_length = np.maximum((along * along).sum(1), 1e-18)
+        projection = points @ along.T - (start * along).sum(1)
+        shares = np.clip(projection / squared_length, 0.0, 1.0)
+        to_start = (start * start).sum(1) - 2.0 * points @ start.T
+        chord = np.argmin(to_start - 2.0 * shares * projection + shares**2 * squared_length, axis=1)
+        share = shares[np.arange(len(points)), chord]
+        t = dense_t[chord] + share * (dense_t[chord + 1] - dense_t[chord])
+        return t, dense_t[np.maximum(chord - 1, 0)], dense_t[np.minimum(chord + 2, len(dense_t) - 1)]
 
     def ray_hits(
         self, origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
