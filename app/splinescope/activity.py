@@ -1,0 +1,36 @@
+"""What the estimator is busy with, in words and numbers for the page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Work(Enum):
+    """The jobs of the estimator; the value says them in the page."""
+
+    OPENING = "Opening the log"
+    PROCESSING = "Processing the log"
+    OPTIMISING = "Optimising the map"
+    COVARIANCES = "Computing covariances"
+
+
+@dataclass(frozen=True, slots=True)
+class Activity:
+    """A running job: its stage, how far it is (0…1) and how long it still takes (s), None where unknown."""
+
+    work: Work
+    job: int
+    stage: str
+    fraction: float | None = None
+    seconds_left: float | None = None
+
+
+def duration(seconds: float) -> str:
+    """A length of time in words: `8 s`, `3 min 20 s`, `2 h 05 min`."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"

@@ -1,0 +1,161 @@
+"""What a person asks for, as small frozen values; widgets post them, the session applies them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from bspline_slam.scan import ScanLog
+from splinescope.view import Layer, Selection
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLog:
+    """Read the log at `path` and process it; `title` is shown instead of the path's own name where given."""
+
+    path: Path
+    title: str | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LogOpened:
+    """The log asked for by `request` is readable."""
+
+    request: OpenLog
+    log: ScanLog
+
+
+@dataclass(frozen=True, slots=True)
+class LogRefused:
+    """The log asked for by `request` cannot be read, and why."""
+
+    request: OpenLog
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Seek:
+    """Show scan `index`; −1 is the last one."""
+
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class SeekTime:
+    """Show the scan recorded `seconds` after the first one."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Show the scan `by` further on, standing still."""
+
+    by: int
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """Play on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Stand still."""
+
+
+@dataclass(frozen=True, slots=True)
+class TogglePlay:
+    """Play when standing, stand when playing."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed:
+    """Play at this multiple of real time."""
+
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSpeed:
+    """Play faster (by = 1) or slower (by = −1)."""
+
+    by: int
+
+
+@dataclass(frozen=True, slots=True)
+class FollowProcessing:
+    """Keep the newest processed scan under the cursor."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FollowRobot:
+    """Keep the robot in the middle of the picture."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetLayer:
+    """Show or hide one layer."""
+
+    layer: Layer
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleLayers:
+    """Hide these layers if all of them are shown, show them otherwise."""
+
+    layers: frozenset[Layer]
+
+
+@dataclass(frozen=True, slots=True)
+class Select:
+    """Look at one thing; None looks at nothing."""
+
+    selection: Selection | None
+
+
+@dataclass(frozen=True, slots=True)
+class SetDark:
+    """Dark or light page; None changes to the other one."""
+
+    dark: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Optimise:
+    """Solve the whole map with one back end."""
+
+    back_end: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cancel:
+    """Stop what the estimator is doing; what it has done stays."""
+
+
+Command = (
+    OpenLog
+    | LogOpened
+    | LogRefused
+    | Seek
+    | SeekTime
+    | Step
+    | Play
+    | Pause
+    | TogglePlay
+    | SetSpeed
+    | ChangeSpeed
+    | FollowProcessing
+    | FollowRobot
+    | SetLayer
+    | ToggleLayers
+    | Select
+    | SetDark
+    | Optimise
+    | Cancel
+)

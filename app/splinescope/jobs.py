@@ -1,0 +1,103 @@
+"""What the estimator's process does for the page: process a log, solve a map, find covariances."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+from bspline_slam import slam
+from bspline_slam.errors import Cancelled, SplineSlamError
+from bspline_slam.logs import open_log
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import Snapshot
+from splinescope.messages import (
+    CovariancesFound,
+    Failed,
+    FindCovariances,
+    Finished,
+    Message,
+    ProcessLog,
+    Request,
+    SolveMap,
+    Stopped,
+)
+from splinescope.reporter import Reporter
+
+logger = logging.getLogger(__name__)
+
+Send = Callable[[Message], None]
+Cancelling = Callable[[], bool]
+
+PREPARING = "Preparing the estimator (its very first run compiles for about a minute)"
+READING = "Matching scans and growing the map"
+
+
+class Jobs:
+    """Does one request after the other; remembers the log and the latest map between them."""
+
+    def __init__(self, send: Send) -> None:
+        self._send = send
+        self._path: Path | None = None
+        self._log: ScanLog | None = None
+        self._snapshot: Snapshot | None = None
+
+    def do(self, request: Request, cancelled: Cancelling) -> None:
+        """Do a request; whatever goes wrong in it is sent as a sentence."""
+        try:
+            self._do(request, cancelled)
+        except Cancelled:
+            self._send(Stopped(request.job))
+        except SplineSlamError as error:
+            self._send(Failed(request.job, str(error)))
+        except Exception as error:
+            logger.exception("job %d failed", request.job)
+            self._send(Failed(request.job, f"The estimator failed unexpectedly ({type(error).__name__}: {error})."))
+
+    def _do(self, request: Request, cancelled: Cancelling) -> None:
+        reporter = Reporter(request.job, self._send)
+        match request:
+            case ProcessLog(path=path):
+                self._snapshot = process(self._open(path), reporter, self._send, cancelled)
+            case SolveMap(path=path, snapshot=snapshot, back_end=back_end):
+                reporter.stage("Building the graph")
+                self._snapshot = slam.adjust(
+                    self._open(path), snapshot, slam.SlamConfig(), back_end, reporter.progress, cancelled
+                )
+                self._send(Finished(request.job, self._snapshot))
+            case FindCovariances(back_end=back_end):
+                reporter.stage("Computing covariances")
+                self._send(CovariancesFound(request.job, covariances(self._snapshot, back_end)))
+                self._send(Finished(request.job))
+
+    def _open(self, path: Path) -> ScanLog:
+        if self._log is None or path != self._path:
+            self._log, self._path = open_log(path), path
+        return self._log
+
+
+def process(log: ScanLog, reporter: Reporter, send: Send, cancelled: Cancelling) -> Snapshot:
+    """The whole pipeline over one log, streaming what it does. A cancelled run keeps the map it has."""
+    reporter.stage(PREPARING)
+    pipeline = slam.Slam(log, cancelled=cancelled)
+    try:
+        for step in pipeline.steps():
+            reporter.step(step)
+            reporter.progress(READING, (step.scan + 1) / len(log))
+            reporter.map(pipeline.snapshot)
+        reporter.flush()
+        snapshot = pipeline.finish(reporter.progress, cancelled)
+    except Cancelled:
+        reporter.flush()
+        snapshot = pipeline.snapshot()
+        send(Stopped(reporter.job, snapshot))
+    else:
+        send(Finished(reporter.job, snapshot))
+    return snapshot
+
+
+def covariances(snapshot: Snapshot | None, back_end: str) -> dict:
+    """Covariances of all splines of a solved map; none where the map was never solved as a whole."""
+    if snapshot is None or snapshot.estimate is None:
+        return {}
+    return slam.marginals(snapshot, back_end, (), tuple(int(i) for i in snapshot.estimate.graph.spline_ids)).splines

@@ -1,0 +1,106 @@
+"""What goes between the page's process and the estimator's: requests one way, reports the other, all frozen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.slam import SlamStep, Snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessLog:
+    """Run the whole pipeline over the log at `path`."""
+
+    job: int
+    path: Path
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolveMap:
+    """Solve the map of `snapshot`, made from the log at `path`, with one back end."""
+
+    job: int
+    path: Path
+    snapshot: Snapshot
+    back_end: str
+
+
+@dataclass(frozen=True, slots=True)
+class FindCovariances:
+    """Marginal covariances of all splines of the latest solved map."""
+
+    job: int
+    back_end: str
+
+
+Request = ProcessLog | SolveMap | FindCovariances
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """What the estimator's process says about job number `job`."""
+
+    job: int
+
+
+@dataclass(frozen=True, slots=True)
+class Progress(Message):
+    """How far a job is. `fraction` (0…1) and `seconds_left` are None while nobody can know."""
+
+    stage: str
+    fraction: float | None = None
+    seconds_left: float | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StepsDone(Message):
+    """The next scans are processed."""
+
+    steps: tuple[SlamStep, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MapChanged(Message):
+    """The map in the middle of processing; its `steps` are left out, StepsDone has brought them."""
+
+    snapshot: Snapshot
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Iterated(Message):
+    """The solver made an iteration."""
+
+    record: IterationRecord
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Finished(Message):
+    """A job is done; the whole result, None for a job without a map."""
+
+    snapshot: Snapshot | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CovariancesFound(Message):
+    """Covariances of the stacked control points, by spline id."""
+
+    splines: dict[int, Float[np.ndarray, "d d"]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stopped(Message):
+    """A job was cancelled; what it had done by then, None if that changes nothing."""
+
+    snapshot: Snapshot | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Failed(Message):
+    """A job could not go on, and why; also said when the process ended with the job undone."""
+
+    sentence: str

@@ -1,0 +1,40 @@
+"""The inspector: what the selected thing is, its numbers and its history."""
+
+from __future__ import annotations
+
+import viser
+
+from splinescope import table
+from splinescope.commands import Select
+from splinescope.inspector import Description, describe
+from splinescope.panels.panel import Post, on_press
+from splinescope.session import Session
+
+HINT = "Click a segment, a curve, a control point or a key pose in the map to see what it is."
+
+
+class InspectorPanel:
+    """Shows one thing at a time."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._text = gui.add_html(table.block(table.paragraph(HINT, "dim")))
+        self._clear = gui.add_button("Clear the selection", visible=False)
+        on_press(self._clear, lambda: post(Select(None)))
+
+    def refresh(self, session: Session) -> None:
+        self._clear.visible = session.selection is not None
+        if session.selection is None:
+            self._text.content = table.block(table.paragraph(HINT, "dim"))
+            return
+        found = describe(session.selection, session.scan_view, session.map_view, session.steps)
+        self._text.content = table.block(*parts(found))
+
+
+def parts(found: Description) -> list[str]:
+    """A description as HTML parts."""
+    out = [table.heading(found.title), table.paragraph(found.sentence)]
+    if found.rows:
+        out.append(table.pairs(found.rows))
+    if found.history:
+        out += [table.heading("History"), table.bullets(found.history)]
+    return out

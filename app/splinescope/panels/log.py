@@ -1,0 +1,89 @@
+"""The log: what is in the file, and how to open another one."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import viser
+
+from bspline_slam.scan import ScanLog
+from splinescope import table
+from splinescope.activity import duration
+from splinescope.commands import OpenLog
+from splinescope.panels.panel import Post, on_press
+from splinescope.paths import sample_logs
+from splinescope.session import Session
+
+
+class LogPanel:
+    """Figures and notes of the open log; samples, path and upload for the next."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._post = post
+        self._shown: ScanLog | None = None
+        self._uploads = tempfile.TemporaryDirectory(prefix="splinescope-")
+        self._samples = sample_logs()
+        self._about = gui.add_html("")
+        with gui.add_folder("Open another log"):
+            self._sample = gui.add_dropdown("Sample", tuple(self._samples) or ("none installed",))
+            on_press(gui.add_button("Open the sample", disabled=not self._samples), self._open_sample)
+            self._path = gui.add_text("Path", "", hint="A file or folder on the computer that runs SplineScope")
+            on_press(gui.add_button("Open the path"), self._open_path)
+            self._upload = gui.add_upload_button("Upload a file…", icon=viser.Icon.UPLOAD)
+            gui.add_html(table.block(table.paragraph(FORMATS, "dim")))
+
+        @self._upload.on_upload
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                self._open_upload()
+
+    def refresh(self, session: Session) -> None:
+        if session.log is None:
+            self._about.content = table.block(table.paragraph("No log is open."))
+        elif session.log is not self._shown:
+            self._about.content = table.block(*about(session.log))
+        self._shown = session.log
+
+    def _open_sample(self) -> None:
+        self._post(OpenLog(self._samples[self._sample.value]))
+
+    def _open_path(self) -> None:
+        text = self._path.value.strip()
+        if text:
+            self._post(OpenLog(Path(text).expanduser()))
+
+    def _open_upload(self) -> None:
+        file = self._upload.value
+        place = Path(tempfile.mkdtemp(dir=self._uploads.name)) / (Path(file.name).name or "upload")
+        place.write_bytes(file.content)
+        self._post(OpenLog(place))
+
+
+FORMATS = "CARMEN text (.log, .clf, also .gz), ROS 1 .bag, ROS 2 .db3 or .mcap."
+
+
+def about(log: ScanLog) -> list[str]:
+    """What is in the file, as HTML parts."""
+    parts = [table.pairs(figures(log))]
+    if log.notes:
+        parts += [table.heading("Notes on the file"), table.bullets(log.notes)]
+    return parts
+
+
+def figures(log: ScanLog) -> list[tuple[str, str]]:
+    """Names and values of what a log holds."""
+    rows = [("file", log.path.name), ("scans", f"{len(log):,}")]
+    if len(log):
+        scan = log[0]
+        opening = np.degrees(scan.bearings[-1] - scan.bearings[0]) if len(scan.bearings) else 0.0
+        rows += [
+            ("time span", duration(float(log.times[-1] - log.times[0]))),
+            ("beams", f"{len(scan.bearings)} over {opening:.0f}°, to {scan.range_max:.0f} m"),
+        ]
+    rows += [
+        ("odometry", "yes" if log.odometry is not None else "none: scan matching alone"),
+        ("ground truth", "yes" if log.truth is not None else "none"),
+    ]
+    return rows

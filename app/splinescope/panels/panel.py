@@ -1,0 +1,39 @@
+"""What every panel is: widgets made once, shown anew from the session, asking by commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import viser
+
+from splinescope.commands import Command
+from splinescope.keys import PageAction
+from splinescope.session import Session
+
+Post = Callable[[Command | PageAction], None]
+"""Hands a request to the owner of the session; callable from any thread."""
+
+
+class Panel(Protocol):
+    """A group of widgets; `refresh` is called by the owner of the session after something changed."""
+
+    def refresh(self, session: Session) -> None: ...
+
+
+def on_press(button: viser.GuiButtonHandle, act: Callable[[], None]) -> None:
+    """Call `act` when a person presses the button."""
+
+    @button.on_click
+    def _(event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            act()
+
+
+def on_change(widget: viser.GuiInputHandle, act: Callable[[], None]) -> None:
+    """Call `act` when a person changes the widget, not when the session does."""
+
+    @widget.on_update
+    def _(event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            act()

@@ -1,0 +1,43 @@
+"""The side bar: all panels in their places."""
+
+from __future__ import annotations
+
+import viser
+
+from splinescope.panels.decisions import DecisionsPanel
+from splinescope.panels.inspector import InspectorPanel
+from splinescope.panels.layers import LayersPanel
+from splinescope.panels.log import LogPanel
+from splinescope.panels.optimise import OptimisePanel
+from splinescope.panels.panel import Panel, Post
+from splinescope.panels.picture import PicturePanel
+from splinescope.panels.status import StatusPanel
+from splinescope.panels.timeline import TimelinePanel
+from splinescope.session import Session
+
+
+class SideBar:
+    """Status and inspector always in sight, the rest under tabs."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._panels: list[Panel] = [StatusPanel(gui, post)]
+        with gui.add_folder("Selected"):
+            self._panels.append(InspectorPanel(gui, post))
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Layers"):
+            self._panels.append(LayersPanel(gui, post))
+        with tabs.add_tab("Scan"):
+            with gui.add_folder("Decisions"):
+                self._panels.append(DecisionsPanel(gui, post))
+            with gui.add_folder("Time and place"):
+                self._panels.append(TimelinePanel(gui, post))
+        with tabs.add_tab("Optimise"):
+            self._panels.append(OptimisePanel(gui, post))
+        with tabs.add_tab("Log"):
+            self._panels.append(LogPanel(gui, post))
+        with tabs.add_tab("View"):
+            self._panels.append(PicturePanel(gui, post))
+
+    def refresh(self, session: Session) -> None:
+        for panel in self._panels:
+            panel.refresh(session)

@@ -1,0 +1,76 @@
+"""The head of the side bar: which log is open, what the estimator does, what went wrong."""
+
+from __future__ import annotations
+
+import viser
+
+from splinescope import table
+from splinescope.activity import duration
+from splinescope.commands import Cancel
+from splinescope.panels.panel import Post, on_press
+from splinescope.session import Session
+
+
+class StatusPanel:
+    """Always in sight: the name of the log, the running job with its progress, and Cancel."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._text = gui.add_html(table.block(table.paragraph("Opening a log…")))
+        self._bar = gui.add_progress_bar(0.0, visible=False)
+        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, visible=False)
+        on_press(self._cancel, lambda: post(Cancel()))
+
+    def refresh(self, session: Session) -> None:
+        activity = session.activity
+        fraction = activity.fraction if activity is not None else None
+        self._text.content = table.block(*headline(session), *map(trouble, session.troubles))
+        self._bar.visible = activity is not None or session.opening is not None
+        self._bar.animated = fraction is None
+        self._bar.value = round(100.0 * (1.0 if fraction is None else fraction), 1)
+        self._cancel.visible = self._bar.visible
+
+
+def headline(session: Session) -> list[str]:
+    """The log and the job, as HTML parts."""
+    parts = []
+    if session.log is not None:
+        parts.append(table.heading(session.title))
+    if session.opening is not None:
+        parts.append(table.paragraph(f"Opening {session.opening.title or session.opening.path.name}…"))
+    elif session.activity is not None:
+        parts.append(table.paragraph(doing(session)))
+    elif session.log is None:
+        parts.append(table.paragraph("No log is open. Choose one under Log."))
+    elif session.snapshot is not None:
+        parts.append(table.paragraph(summary(session), "dim"))
+    return parts
+
+
+def doing(session: Session) -> str:
+    """What the estimator does, how far it is, and how long it still takes."""
+    activity = session.activity
+    if activity is None:
+        return "The estimator is idle."
+    text = activity.stage
+    if activity.fraction is not None:
+        text += f" · {100 * activity.fraction:.0f} %"
+    if activity.seconds_left is not None:
+        text += f" · {duration(activity.seconds_left)} left"
+    return text
+
+
+def summary(session: Session) -> str:
+    """The map in one line."""
+    snapshot = session.snapshot
+    if snapshot is None:
+        return "There is no map yet."
+    accepted = sum(loop.accepted for loop in snapshot.loop_closures)
+    return (
+        f"{len(snapshot.map):,} splines, {snapshot.map.control_point_count:,} control points, "
+        f"{len(snapshot.key_scans):,} key scans, {accepted:,} loop closures."
+    )
+
+
+def trouble(sentence: str) -> str:
+    """A sentence about what went wrong, as HTML."""
+    return table.paragraph(sentence, "bad")

@@ -1,0 +1,89 @@
+"""What is remembered from one visit to the next: layers, theme, speed; a small JSON file."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from splinescope.view import Layer
+
+log = logging.getLogger(__name__)
+
+FIRST_LAYERS = frozenset(
+    {
+        Layer.BEAMS,
+        Layer.SEGMENTS,
+        Layer.FITS,
+        Layer.ASSOCIATIONS,
+        Layer.SPLINES,
+        Layer.ESTIMATE,
+        Layer.ODOMETRY,
+        Layer.LOOPS,
+        Layer.GRID,
+    }
+)
+"""Layers that a first visitor sees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preferences:
+    """Choices of the person that outlive a page and a process."""
+
+    layers: frozenset[Layer] = FIRST_LAYERS
+    dark: bool = True
+    follow_robot: bool = False
+    speed: float = 2.0
+    back_end: str = "direct"
+
+    def to_json(self) -> str:
+        """The file's text; layers by their names in the code, which outlive their labels."""
+        return json.dumps(asdict(self) | {"layers": sorted(layer.name for layer in self.layers)}, indent=2)
+
+    @staticmethod
+    def from_json(text: str) -> Preferences:
+        """What a file's text says; what it does not say, or says wrongly, stays as on a first visit."""
+        first = Preferences()
+        try:
+            told = json.loads(text)
+        except ValueError:
+            return first
+        if not isinstance(told, dict):
+            return first
+        return replace(first, **_understood(told))
+
+
+def _understood(told: dict[str, Any]) -> dict[str, Any]:
+    kinds = {"dark": bool, "follow_robot": bool, "speed": float, "back_end": str}
+    known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
+    if isinstance(told.get("layers"), list):
+        known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])
+    return known
+
+
+def default_path() -> Path:
+    """Where preferences are kept unless told otherwise: the user's configuration folder."""
+    base = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(base) / "splinescope" / "session.json"
+
+
+def load(path: Path) -> Preferences:
+    """The preferences kept at `path`; those of a first visit where there are none."""
+    try:
+        return Preferences.from_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError):
+        return Preferences()
+
+
+def save(preferences: Preferences, path: Path) -> None:
+    """Keep them at `path`, whole or not at all. A place that cannot be written is logged and otherwise harmless."""
+    draft = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_text(preferences.to_json() + "\n", encoding="utf-8")
+        draft.replace(path)
+    except OSError as error:
+        log.warning("cannot remember the page's settings in %s: %s", path, error)

@@ -1,0 +1,115 @@
+"""The estimator's process: started when first needed, told what to do, listened to, replaced when it dies."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from bspline_slam.slam import Snapshot
+from splinescope.messages import Failed, FindCovariances, Message, ProcessLog, Request, SolveMap
+
+NICENESS = 5
+"""The estimator gives way to the page when both want the same core."""
+
+
+class Worker:
+    """Hands requests to a process of its own and gives every message it sends to `post` (from another thread).
+
+    Jobs are numbered from 1 in the order of asking and done in that order.
+    """
+
+    def __init__(self, post: Callable[[Message], None]) -> None:
+        self._post = post
+        self._context = multiprocessing.get_context("spawn")
+        self._cancelled = self._context.Value("q", 0, lock=False)
+        self._job = 0
+        self._process: BaseProcess | None = None
+        self._requests: Any = None
+
+    def start(self) -> None:
+        """Start the process if it does not run, so that it is ready when asked."""
+        if self._process is not None and self._process.is_alive():
+            return
+        inbox, outbox = self._context.Pipe(duplex=False)
+        self._requests = self._context.Queue()
+        process = self._process = self._context.Process(
+            target=serve, args=(self._requests, outbox, self._cancelled), name="estimator", daemon=True
+        )
+        process.start()
+        outbox.close()
+        threading.Thread(target=self._listen, args=(inbox, process), daemon=True).start()
+
+    def process(self, path: Path) -> int:
+        """Ask for the whole pipeline over a log; returns the job's number."""
+        return self._ask(ProcessLog(self._job + 1, path))
+
+    def solve(self, path: Path, snapshot: Snapshot, back_end: str) -> int:
+        """Ask for the map to be solved by a back end; returns the job's number."""
+        return self._ask(SolveMap(self._job + 1, path, snapshot, back_end))
+
+    def covariances(self, back_end: str) -> int:
+        """Ask for the covariances of the latest map; returns the job's number."""
+        return self._ask(FindCovariances(self._job + 1, back_end))
+
+    def cancel(self) -> None:
+        """Stop every job asked for so far."""
+        self._cancelled.value = self._job
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.join(5)
+
+    def _ask(self, request: Request) -> int:
+        self.start()
+        self._job = request.job
+        self._requests.put(request)
+        return request.job
+
+    def _listen(self, inbox: Connection, process: BaseProcess) -> None:
+        try:
+            while True:
+                self._post(inbox.recv())
+        except (EOFError, OSError):
+            process.join(5)
+        if process is self._process:
+            self._post(Failed(self._job, obituary(process.exitcode)))
+
+
+def obituary(exit_code: int | None) -> str:
+    """Why a process ended, for a person."""
+    if exit_code is not None and exit_code < 0:
+        name = signal.Signals(-exit_code).name
+        reason = "the system stopped it, most likely for lack of memory" if name == "SIGKILL" else f"signal {name}"
+    else:
+        reason = f"exit code {exit_code}"
+    return f"The estimator ended unexpectedly ({reason}). What it had sent before stands."
+
+
+def serve(requests: Any, outbox: Connection, cancelled: Any) -> None:
+    """The process: do requests for ever. It ends with the process that started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(NICENESS)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    from splinescope.jobs import Jobs  # slow to import: the estimator and its solvers
+
+    jobs = Jobs(outbox.send)
+    while True:
+        request = requests.get()
+        jobs.do(request, lambda job=request.job: cancelled.value >= job)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(0)
