@@ -11,6 +11,7 @@ import queue
 import threading
 import time
 import webbrowser
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -154,9 +155,9 @@ class Viewer:
         """The loop; returns after `stop`."""
         while not self._stopped.is_set():
             for item in self._arrivals():
-                self._take(item)
+                self._guarded(lambda item=item: self._take(item))
             self.session.tick()
-            self._draw()
+            self._guarded(self._draw)
 
     def close(self) -> None:
         """End the estimator and the page."""
@@ -178,22 +179,27 @@ class Viewer:
             return items
 
     def _take(self, item: Posted) -> None:
-        """Apply one item; whatever goes wrong in it is told to the person and ends nothing."""
+        match item:
+            case PageAction():
+                self._act(item)
+            case Click():
+                self._click(item)
+            case PageMoved():
+                self._drawn = -1 if self._scene.stale else self._drawn
+            case Message():
+                self.session.receive(item)
+            case _:
+                self.session.apply(item)
+
+    def _guarded(self, work: Callable[[], None]) -> None:
+        """Whatever goes wrong is told to the person and ends nothing; said once while it goes on."""
         try:
-            match item:
-                case PageAction():
-                    self._act(item)
-                case Click():
-                    self._click(item)
-                case PageMoved():
-                    self._drawn = -1 if self._scene.stale else self._drawn
-                case Message():
-                    self.session.receive(item)
-                case _:
-                    self.session.apply(item)
+            work()
         except Exception as error:
-            logger.exception("%s failed", type(item).__name__)
-            self.session.complain("Something went wrong", f"{type(error).__name__}: {error}")
+            logger.exception("the viewer's loop goes on after an error")
+            sentence = f"Something went wrong in the page ({type(error).__name__}: {error})."
+            if sentence not in self.session.troubles:
+                self.session.complain("Something went wrong", sentence)
 
     def _act(self, action: PageAction) -> None:
         session = self.session

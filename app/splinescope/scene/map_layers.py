@@ -128,11 +128,11 @@ def _path(path: Float[np.ndarray, "m 3"], style: LineStyle, colour: np.ndarray, 
     """A path in its style within the window; outside of it as coarse as an overview, and whole."""
     inside = detail.inside(path[:, :2])
     parts = [np.zeros((0, 2, 2))]
-    for run in np.split(np.arange(len(path)), np.flatnonzero(np.diff(inside)) + 1):
+    for run in np.split(np.arange(len(path)), np.flatnonzero(np.diff(inside)) + 1) if len(path) else ():
         reach = path[run[0] : run[-1] + 2, :2]
-        if len(reach) and inside[run[0]]:
+        if inside[run[0]]:
             parts.append(dashed(simplified(reach, 0.5 * detail.pixel), style, detail.pixel))
-        elif len(reach):
+        else:
             parts.append(polyline(simplified(reach, max(detail.pixel, OUTSIDE))))
     return Strokes.of(np.concatenate(parts), colour)
 
