@@ -12,6 +12,9 @@ from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 
+CLOCK_SET_BACK = 10.0
+"""A step backwards by more than this (s) means that the clock was set, not that records came out of order."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaserScan:
@@ -109,15 +112,19 @@ class ScanLog(Protocol):
 def increasing_times(stamps: Float[np.ndarray, "records"]) -> Float[np.ndarray, "records"]:
     """A strictly increasing axis for stamps in the order of recording (s).
 
-    Steps backwards are lifted to the latest time seen, and runs of equal times are spread evenly towards the next
-    later one.
+    Where the clock was set back (by more than CLOCK_SET_BACK) the axis goes on by one ordinary step. Smaller steps
+    backwards are lifted to the latest time seen, and runs of equal times are spread evenly towards the next later one.
     """
-    lifted = np.maximum.accumulate(np.asarray(stamps, dtype=float))
-    if len(lifted) < 2:
-        return lifted
+    stamps = np.asarray(stamps, dtype=float)
+    if len(stamps) < 2:
+        return stamps
+    steps = np.diff(stamps)
+    forward = steps[steps > 0]
+    ordinary = max(float(np.median(forward)), 1e-6) if len(forward) else 1e-3
+    set_back = np.where(steps < -CLOCK_SET_BACK, ordinary - steps, 0.0)
+    lifted = np.maximum.accumulate(stamps + np.concatenate([[0.0], np.cumsum(set_back)]))
     levels, first, count = np.unique(lifted, return_index=True, return_counts=True)
-    ordinary = float(np.median(np.diff(levels))) if len(levels) > 1 else 1e-3
-    gap = np.append(np.diff(levels), max(ordinary, 1e-6))
+    gap = np.append(np.diff(levels), ordinary)
     position = np.arange(len(lifted)) - np.repeat(first, count)
     spread = lifted + np.repeat(np.minimum(gap, ordinary) / count, count) * position
     if np.all(np.diff(spread) > 0):
@@ -127,12 +134,14 @@ def increasing_times(stamps: Float[np.ndarray, "records"]) -> Float[np.ndarray, 
 
 
 def interpolate_poses(
-    times: Float[np.ndarray, "records"], poses: Float[np.ndarray, "records 3"], time: float
-) -> Float[np.ndarray, "3"]:
-    """The pose at `time` on an increasing axis; held constant beyond its two ends."""
-    right = int(np.clip(np.searchsorted(times, time), 1, max(len(times) - 1, 1)))
+    times: Float[np.ndarray, "records"],
+    poses: Float[np.ndarray, "records 3"],
+    time: Float[np.ndarray, "*batch"] | float,
+) -> Float[np.ndarray, "*batch 3"]:
+    """The poses at `time` (one or many) on an increasing axis; held constant beyond its two ends."""
+    time = np.asarray(time, dtype=float)
     if len(times) == 1:
-        return poses[0]
-    left = right - 1
-    fraction = np.clip((time - times[left]) / (times[right] - times[left]), 0.0, 1.0)
-    return se2.interpolate(poses[left], poses[right], float(fraction))
+        return np.broadcast_to(poses[0], (*time.shape, 3)).copy()
+    right = np.clip(np.searchsorted(times, time), 1, len(times) - 1)
+    fraction = np.clip((time - times[right - 1]) / (times[right] - times[right - 1]), 0.0, 1.0)
+    return se2.interpolate(poses[right - 1], poses[right], fraction)

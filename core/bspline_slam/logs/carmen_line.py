@@ -21,6 +21,8 @@ LASERS = (b"FLASER", b"ROBOTLASER1", b"RLASER")
 POSES = (b"ODOM", b"TRUEPOS")
 
 _HEAD = {b"FLASER": 1, b"RLASER": 1, b"ROBOTLASER1": 8}
+_LEAST_STEP = 1e-6  # rad
+_SANE = 1e12  # seconds, metres: whatever is larger is damage
 _TAIL = {b"FLASER": 9, b"RLASER": 9, b"ROBOTLASER1": 14}
 
 
@@ -81,9 +83,12 @@ def parse_laser(fields: list[bytes]) -> LaserLine:
     if head == 1:
         return LaserLine(stamp, pose, laser, readings)
     start, fov, step, max_range = _numbers(fields, 2, 6)
-    said = step != 0 or fov != 0
-    step = step if step != 0 else fov / max(count - 1, 1)
-    return LaserLine(stamp, pose, laser, readings, start if said else None, step if said else None, max_range)
+    step = step or fov / max(count - 1, 1)
+    if step == 0:
+        return LaserLine(stamp, pose, laser, readings, max_range=max_range)
+    if not _LEAST_STEP <= abs(step) <= math.pi:
+        raise BadLine(f"{tag} has an angular resolution of {step:g} rad")
+    return LaserLine(stamp, pose, laser, readings, start, step, max_range)
 
 
 def _count(fields: list[bytes], place: int) -> int:
@@ -97,11 +102,11 @@ def _count(fields: list[bytes], place: int) -> int:
 
 
 def _numbers(fields: list[bytes], first: int, beyond: int) -> list[float]:
-    """Finite numbers from fields[first:beyond]."""
+    """Numbers of a sane size from fields[first:beyond]."""
     try:
         values = [float(field) for field in fields[first:beyond]]
     except ValueError:
         values = [math.nan]
-    if not all(map(math.isfinite, values)):
+    if not all(abs(value) < _SANE for value in values):
         raise BadLine(f"{fields[0].decode()} has a pose or stamp that is not a number")
     return values

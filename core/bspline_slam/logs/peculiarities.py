@@ -7,18 +7,23 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.scan import CLOCK_SET_BACK
 
-def time_notes(stamps: Float[np.ndarray, "records"]) -> list[str]:
-    """On steps backwards and repeated stamps."""
+
+def time_notes(stamps: Float[np.ndarray, "records"], what: str = "records") -> list[str]:
+    """On steps backwards, a clock that was set back, and repeated stamps of `what` the log consists of."""
     steps = np.diff(stamps)
     notes = []
-    if (back := int(np.count_nonzero(steps < 0))) > 0:
+    small = steps[(steps < 0) & (steps >= -CLOCK_SET_BACK)]
+    if len(small):
         notes.append(
-            f"Time steps backwards {back} times (by up to {-steps.min():.3g} s): "
-            "the records keep the order of recording, and playback time never runs back."
+            f"Time steps backwards {len(small)} times (by up to {-small.min():.3g} s): "
+            f"the {what} keep the order of recording, and playback time never runs back."
         )
+    if (back := int(np.count_nonzero(steps < -CLOCK_SET_BACK))) > 0:
+        notes.append(f"The clock was set back {back} times (by up to {-steps.min():.3g} s): playback time goes on.")
     if (same := int(np.count_nonzero(steps == 0))) > 0:
-        notes.append(f"{same} records repeat the stamp of the record before: playback spreads them evenly.")
+        notes.append(f"{same} {what} repeat the stamp of the one before: playback spreads them evenly.")
     return notes
 
 

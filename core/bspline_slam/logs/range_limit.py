@@ -28,7 +28,8 @@ def range_limit(scans: Sequence[Float[np.ndarray, "beams"]], announced: float | 
     usable = np.isfinite(readings) & (readings > 0)
     readings, beams = readings[usable], beams[usable]
     limit = float("inf")
-    if announced is not None and announced > 0 and np.mean(readings > announced + _TOLERANCE) <= 0.01:
+    beyond = 0 if announced is None else np.count_nonzero(readings > announced + _TOLERANCE)
+    if announced is not None and announced > 0 and beyond <= 0.01 * len(readings):
         limit = announced
     top = _outstanding(readings[readings < limit], beams[readings < limit], known=True)
     while top is not None:

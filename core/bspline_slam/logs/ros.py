@@ -2,39 +2,27 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import IndexedLog
-from bspline_slam.logs.messages import LASER_SCAN, ODOMETRY, RawMessage, Recording
-from bspline_slam.logs.payloads import Payloads
+from bspline_slam.logs.messages import LASER_SCAN, Recording
 from bspline_slam.logs.peculiarities import beam_notes, moving_or_none, time_notes
-from bspline_slam.logs.transforms import FrameTree, in_space, planar, planar_mounting, planar_path, rotation_of
+from bspline_slam.logs.ros_index import OdometrySample, RosIndex, Sweep, scan_of, stamps_or_recorded
+from bspline_slam.logs.transforms import Edge, FrameTree, planar, planar_mounting
 from bspline_slam.scan import LaserScan, Records, increasing_times, interpolate_poses
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
-    """A LaserScan message: stamp (s), frame, number of beams, unusable readings, and where its payload lies."""
-
-    stamp: float
-    recorded: float
-    frame: str
-    beams: int
-    unmeasured: int
-    place: tuple[int, int]
-
-
 @dataclass(frozen=True, eq=False, slots=True)
-class Path2D:
-    """Poses over time in the order of recording: `times` increase; `base` is the frame that moves ("" if unsaid)."""
+class PosePath:
+    """Odometry or truth: poses in the order of recording, `times` increasing, `base` the frame that moves ("" if
+    unsaid)."""
 
     source: str
     base: str
@@ -43,43 +31,35 @@ class Path2D:
     poses: Float[np.ndarray, "n 3"]
 
     @classmethod
-    def from_samples(cls, source: str, base: str, samples: Sequence[tuple[float, Float[np.ndarray, "3"]]]) -> Path2D:
-        """A path from (stamp, pose) in the order of recording."""
-        stamps = np.array([stamp for stamp, _ in samples])
-        return cls(source, base, stamps, increasing_times(stamps), np.array([pose for _, pose in samples]))
+    def from_messages(cls, topic: str, samples: Sequence[OdometrySample]) -> PosePath:
+        """The path that the messages on an odometry topic tell."""
+        stamps = stamps_or_recorded([s.stamp for s in samples], [s.recorded for s in samples])
+        return cls(topic, samples[0].base, stamps, increasing_times(stamps), np.array([s.pose for s in samples]))
+
+    @classmethod
+    def from_edge(cls, base: str, edge: Edge) -> PosePath:
+        """The path of a moving frame."""
+        stamps = stamps_or_recorded(edge.stamps, edge.recorded)
+        poses = np.array([planar(transform) for transform in edge.transforms])
+        return cls(f"TF {edge.parent} → {base}", base, stamps, increasing_times(stamps), poses)
 
     def at(self, times: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m 3"]:
         """Poses at other times, held constant beyond the ends."""
-        return np.array([interpolate_poses(self.times, self.poses, float(time)) for time in times])
-
-
-@dataclass(eq=False, slots=True)
-class Gathered:
-    """What the index pass gathers on its way through the messages."""
-
-    payloads: Payloads = field(default_factory=Payloads)
-    sweeps: dict[str, list[Sweep]] = field(default_factory=lambda: defaultdict(list))
-    odometry: dict[str, list[tuple[float, Float[np.ndarray, "3"]]]] = field(default_factory=lambda: defaultdict(list))
-    bases: dict[str, str] = field(default_factory=dict)
-    frames: FrameTree = field(default_factory=FrameTree)
-    damaged: Counter[str] = field(default_factory=Counter)
-    first_rule: dict[str, str] = field(default_factory=dict)
-
-
-class BadMessage(Exception):
-    """A message breaks the rule that is its text."""
+        return interpolate_poses(self.times, self.poses, times)
 
 
 def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | None) -> IndexedLog:
     """Index a recording. LogError when it has no usable scan, or not the topic asked for."""
-    found = gather(recording)
+    found = RosIndex.from_recording(recording)
     laser = _laser_topic(path, found, recording, topic)
     sweeps = found.sweeps[laser]
-    stamps, stamp_notes = _stamps(sweeps)
+    stamps = stamps_or_recorded([sweep.stamp for sweep in sweeps], [sweep.recorded for sweep in sweeps])
     times = increasing_times(stamps)
     odometry, odometry_notes = _odometry(found, sweeps[0].frame, times)
     mounting, upside_down, mounting_notes = _mounting(found.frames, sweeps[0].frame, odometry)
-    truth = next((_path(found, name) for name in sorted(found.odometry) if _is_truth(name)), None)
+    truth = next(
+        (PosePath.from_messages(name, found.odometry[name]) for name in sorted(found.odometry) if _is_truth(name)), None
+    )
     payloads, decode = found.payloads, recording.decode
 
     def read_scan(index: int) -> LaserScan:
@@ -96,8 +76,7 @@ def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | N
             *_damage_notes(found),
             *beam_notes(Counter(sweep.beams for sweep in sweeps)),
             *_reading_notes(sweeps),
-            *stamp_notes,
-            *time_notes(stamps),
+            *time_notes(stamps, "scans"),
             *odometry_notes,
             *mounting_notes,
         ),
@@ -106,82 +85,8 @@ def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | N
     )
 
 
-def scan_of(
-    index: int, stamp: float, message: Any, pose_robot_sensor: Float[np.ndarray, "3"], upside_down: bool
-) -> LaserScan:
-    """The scan in a LaserScan message, its beams in increasing order of bearing whichever way the sensor turns."""
-    ranges = np.asarray(message.ranges, dtype=float)
-    bearings = message.angle_min + message.angle_increment * np.arange(len(ranges))
-    if upside_down:
-        bearings = -bearings
-    if len(bearings) > 1 and bearings[1] < bearings[0]:
-        ranges, bearings = ranges[::-1], bearings[::-1]
-    low = message.range_min if np.isfinite(message.range_min) else 0.0
-    high = message.range_max if message.range_max > low else float("inf")
-    return LaserScan(index, stamp, ranges, bearings, float(low), float(high), pose_robot_sensor)
-
-
-# -- the index pass --------------------------------------------------------------------------------------------
-def gather(recording: Recording) -> Gathered:
-    """One pass over all messages: scans are put aside, poses are kept."""
-    found = Gathered()
-    for message in recording.messages:
-        try:
-            _take(found, message, recording)
-        except BadMessage as rule:
-            found.damaged[message.topic] += 1
-            found.first_rule.setdefault(message.topic, str(rule))
-    found.payloads.flush()
-    return found
-
-
-def _take(found: Gathered, message: RawMessage, recording: Recording) -> None:
-    try:
-        decoded = recording.decode(message.payload, message.kind)
-    except Exception as error:  # the generated decoder raises whatever a damaged payload makes it stumble over
-        raise BadMessage(f"its payload is damaged ({type(error).__name__})") from None
-    if message.kind == LASER_SCAN:
-        _check_sweep(decoded)
-        with np.errstate(invalid="ignore"):
-            unmeasured = int(np.count_nonzero(np.isnan(decoded.ranges) | (decoded.ranges < 0)))
-        place = found.payloads.append(message.payload)
-        header = decoded.header
-        found.sweeps[message.topic].append(
-            Sweep(_seconds(header), message.recorded, header.frame_id, len(decoded.ranges), unmeasured, place)
-        )
-    elif message.kind == ODOMETRY:
-        pose = planar(_in_space(decoded.pose.pose.position, decoded.pose.pose.orientation))
-        if not np.isfinite(pose).all():
-            raise BadMessage("its pose is not a number")
-        found.odometry[message.topic].append((_seconds(decoded.header) or message.recorded, pose))
-        found.bases.setdefault(message.topic, decoded.child_frame_id)
-    else:
-        for edge in decoded.transforms:
-            transform = _in_space(edge.transform.translation, edge.transform.rotation)
-            stamp = _seconds(edge.header) or message.recorded
-            found.frames.add(edge.header.frame_id, edge.child_frame_id, stamp, transform)
-
-
-def _check_sweep(message: Any) -> None:
-    if len(message.ranges) == 0:
-        raise BadMessage("it has no readings")
-    if not np.isfinite(message.angle_min) or not np.isfinite(message.angle_increment):
-        raise BadMessage("its angles are not numbers")
-    if message.angle_increment == 0 and len(message.ranges) > 1:
-        raise BadMessage("its angle_increment is zero")
-
-
-def _seconds(header: Any) -> float:
-    return header.stamp.sec + 1e-9 * header.stamp.nanosec
-
-
-def _in_space(translation: Any, rotation: Any) -> Float[np.ndarray, "4 4"]:
-    turn = rotation_of(rotation.x, rotation.y, rotation.z, rotation.w)
-    return in_space((translation.x, translation.y, translation.z), turn)
-
-
 # -- what follows from it --------------------------------------------------------------------------------------
-def _laser_topic(path: Path, found: Gathered, recording: Recording, wanted: str | None) -> str:
+def _laser_topic(path: Path, found: RosIndex, recording: Recording, wanted: str | None) -> str:
     """The topic asked for, else the one with most scans."""
     announced = sorted(name for name, kind in recording.topics.items() if kind == LASER_SCAN)
     if wanted is not None and wanted not in announced:
@@ -191,48 +96,35 @@ def _laser_topic(path: Path, found: Gathered, recording: Recording, wanted: str 
     usable = [name for name in candidates if found.sweeps.get(name)]
     if usable:
         return max(usable, key=lambda name: len(found.sweeps[name]))
-    broken = next((name for name in candidates if found.first_rule.get(name)), None)
+    broken = next((name for name in candidates if found.rules.get(name)), None)
     if broken is not None:
         count = found.damaged[broken]
-        raise LogError(path, f"none of the {count} scans on {broken} can be used: {found.first_rule[broken]}")
+        raise LogError(path, f"none of the {count} scans on {broken} can be used: {found.rules[broken]}")
     if announced:
         raise LogError(path, f"the log has no scan on {' or '.join(candidates)}")
     kinds = ", ".join(sorted(set(recording.topics.values()))[:6]) or "no topic at all"
     raise LogError(path, f"the log holds no sensor_msgs/LaserScan, only {kinds}")
 
 
-def _stamps(sweeps: Sequence[Sweep]) -> tuple[Float[np.ndarray, "scans"], list[str]]:
-    stamps = np.array([sweep.stamp for sweep in sweeps])
-    if len(stamps) > 1 and not stamps.any():
-        return np.array([sweep.recorded for sweep in sweeps]), [
-            "The scans have no stamps: the times of recording serve."
-        ]
-    return stamps, []
-
-
 def _is_truth(topic: str) -> bool:
     return "truth" in topic.lower()
 
 
-def _path(found: Gathered, topic: str) -> Path2D:
-    return Path2D.from_samples(topic, found.bases[topic], found.odometry[topic])
-
-
-def _odometry(found: Gathered, sensor: str, scan_times: Float[np.ndarray, "scans"]) -> tuple[Path2D | None, list[str]]:
+def _odometry(
+    found: RosIndex, sensor: str, scan_times: Float[np.ndarray, "scans"]
+) -> tuple[PosePath | None, list[str]]:
     """Odometry messages if there are any (the topic with most), else the moving TF edge below a frame like `odom`."""
     topics = sorted(
         (name for name in found.odometry if not _is_truth(name)), key=lambda name: -len(found.odometry[name])
     )
     notes = []
     if topics:
-        path = _path(found, topics[0])
+        path = PosePath.from_messages(topics[0], found.odometry[topics[0]])
         if len(topics) > 1:
             notes.append(f"Odometry is taken from {topics[0]}; {', '.join(topics[1:])} is left out.")
     elif (moving := found.frames.odometry_edge(sensor)) is not None:
-        base, edge = moving
-        stamps, poses = planar_path(edge)
-        path = Path2D(f"TF {edge.parent} → {base}", base, stamps, increasing_times(stamps), poses)
-        notes.append(f"Odometry is taken from the transforms {edge.parent} → {base}.")
+        path = PosePath.from_edge(*moving)
+        notes.append(f"Odometry is taken from {path.source}.")
     else:
         return None, ["The log has no odometry: poses come from scan matching alone."]
     still, still_notes = moving_or_none(path.poses)
@@ -247,7 +139,7 @@ def _odometry(found: Gathered, sensor: str, scan_times: Float[np.ndarray, "scans
 
 
 def _mounting(
-    frames: FrameTree, sensor: str, odometry: Path2D | None
+    frames: FrameTree, sensor: str, odometry: PosePath | None
 ) -> tuple[Float[np.ndarray, "3"], bool, list[str]]:
     """pose_robot_sensor, whether the sensor hangs upside down, and what was assumed."""
     notes = []
@@ -262,7 +154,9 @@ def _mounting(
     return pose, upside_down, notes
 
 
-def _records(stamps: Float[np.ndarray, "scans"], times: Float[np.ndarray, "scans"], odometry: Path2D | None) -> Records:
+def _records(
+    stamps: Float[np.ndarray, "scans"], times: Float[np.ndarray, "scans"], odometry: PosePath | None
+) -> Records:
     """Scans and odometry messages merged on their increasing axes; a scan gets the odometry interpolated to it."""
     if odometry is None:
         return Records(stamps, times, None, np.arange(len(stamps)))
@@ -273,7 +167,7 @@ def _records(stamps: Float[np.ndarray, "scans"], times: Float[np.ndarray, "scans
     return Records(np.concatenate([odometry.stamps, stamps])[order], increasing_times(merged), poses, numbers)
 
 
-def _topic_notes(found: Gathered, laser: str, wanted: str | None) -> list[str]:
+def _topic_notes(found: RosIndex, laser: str, wanted: str | None) -> list[str]:
     others = [f"{name} ({len(sweeps)})" for name, sweeps in sorted(found.sweeps.items()) if name != laser and sweeps]
     if not others:
         return []
@@ -281,13 +175,17 @@ def _topic_notes(found: Gathered, laser: str, wanted: str | None) -> list[str]:
     return [f"Scans are read from {laser} ({len(found.sweeps[laser])}), which {choice}; left out: {', '.join(others)}."]
 
 
-def _damage_notes(found: Gathered) -> list[str]:
+def _damage_notes(found: RosIndex) -> list[str]:
     return [
-        f"{count} messages on {topic} are left out; of the first: {found.first_rule[topic]}."
+        f"{count} messages on {topic} are left out; of the first: {found.rules[topic]}."
         for topic, count in sorted(found.damaged.items())
     ]
 
 
 def _reading_notes(sweeps: Sequence[Sweep]) -> list[str]:
-    unmeasured = sum(sweep.unmeasured for sweep in sweeps)
-    return [f"{unmeasured} readings are negative or not a number and count as no measurement."] if unmeasured else []
+    notes = []
+    if not any(sweep.stamp for sweep in sweeps):
+        notes.append("The scans have no stamps: the times of recording serve.")
+    if (unmeasured := sum(sweep.unmeasured for sweep in sweeps)) > 0:
+        notes.append(f"{unmeasured} readings are negative or not a number and count as no measurement.")
+    return notes

@@ -40,10 +40,11 @@ def in_space(translation: tuple[float, float, float], rotation: Float[np.ndarray
 
 @dataclass(eq=False, slots=True)
 class Edge:
-    """Where a frame stands in its parent: one transform if it never moved, else one per stamp (s)."""
+    """Where a frame stands in its parent, as often as it was published; stamps and times of recording in seconds."""
 
     parent: str
     stamps: list[float] = field(default_factory=list)
+    recorded: list[float] = field(default_factory=list)
     transforms: list[Float[np.ndarray, "4 4"]] = field(default_factory=list)
 
     @property
@@ -59,18 +60,19 @@ class FrameTree:
 
     edges: dict[str, Edge] = field(default_factory=dict)
 
-    def add(self, parent: str, child: str, stamp: float, transform: Float[np.ndarray, "4 4"]) -> None:
+    def add(self, parent: str, child: str, stamp: float, recorded: float, transform: Float[np.ndarray, "4 4"]) -> None:
         """Take in one published transform; a frame keeps the first parent it was given."""
         parent, child = frame_name(parent), frame_name(child)
         edge = self.edges.setdefault(child, Edge(parent))
-        if edge.parent == parent and np.isfinite(transform).all():
+        if edge.parent == parent:
             edge.stamps.append(stamp)
+            edge.recorded.append(recorded)
             edge.transforms.append(transform)
 
     def above(self, frame: str) -> list[str]:
         """The frame and its ancestors, nearest first."""
         chain = [frame_name(frame)]
-        while (edge := self.edges.get(chain[-1])) is not None and edge.transforms and edge.parent not in chain:
+        while (edge := self.edges.get(chain[-1])) is not None and edge.parent not in chain:
             chain.append(edge.parent)
         return chain
 
@@ -79,7 +81,7 @@ class FrameTree:
         frames = [*self.above(sensor), *sorted(self.edges)]
         for frame in frames:
             edge = self.edges.get(frame)
-            if edge is not None and edge.transforms and "odom" in edge.parent.lower() and edge.moves:
+            if edge is not None and "odom" in edge.parent.lower() and edge.moves:
                 return frame, edge
         return None
 
@@ -108,11 +110,6 @@ class FrameTree:
 def frame_name(name: str) -> str:
     """ROS 1 wrote frames with a leading slash."""
     return name.lstrip("/")
-
-
-def planar_path(edge: Edge) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n 3"]]:
-    """Stamps and planar poses of a moving edge."""
-    return np.array(edge.stamps), np.array([planar(transform) for transform in edge.transforms])
 
 
 def planar_mounting(transform: Float[np.ndarray, "4 4"]) -> tuple[Float[np.ndarray, "3"], bool]:

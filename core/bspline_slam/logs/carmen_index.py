@@ -1,0 +1,90 @@
+"""The index pass over a CARMEN log: every line is looked at once, its place and its poses are kept."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from bspline_slam.logs.carmen_line import LASERS, POSES, BadLine, LaserLine, parse_laser, parse_pose
+from bspline_slam.logs.indexed_log import Progress
+
+_SAMPLED_SCANS = 400
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line that was understood: its tag, its bytes in the text, its stamp and the poses it carries."""
+
+    tag: bytes
+    start: int
+    end: int
+    stamp: float
+    pose: tuple[float, float, float]
+    laser: tuple[float, float, float] | None = None
+
+
+@dataclass(eq=False, slots=True)
+class CarmenIndex:
+    """What the pass gathers: entries in the order of recording, PARAM values, and counts of what was met.
+
+    `beams` (tag → number of beams → scans), `samples` (tag → some of its lines), `unmeasured` (tag → readings that are
+    negative or not finite), `damaged` (number of the line, rule it breaks), `unknown` (first word → lines).
+    """
+
+    lines: int
+    entries: list[Entry] = field(default_factory=list)
+    parameters: dict[str, str] = field(default_factory=dict)
+    unknown: Counter[str] = field(default_factory=Counter)
+    damaged: list[tuple[int, str]] = field(default_factory=list)
+    beams: dict[bytes, Counter[int]] = field(default_factory=lambda: {tag: Counter() for tag in LASERS})
+    samples: dict[bytes, list[LaserLine]] = field(default_factory=lambda: {tag: [] for tag in LASERS})
+    unmeasured: Counter[bytes] = field(default_factory=Counter)
+
+    @classmethod
+    def from_text(cls, text: bytes, progress: Progress) -> CarmenIndex:
+        """One pass over all lines: index those that are understood, count the others."""
+        ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")).tolist()
+        bounds = [-1, *ends] if text.endswith(b"\n") else [-1, *ends, len(text)]
+        found = cls(lines=len(bounds) - 1)
+        stride = max(found.lines // _SAMPLED_SCANS, 1)
+        for number, (before, end) in enumerate(pairwise(bounds), start=1):
+            if number % 1000 == 0:
+                progress(end / len(text))
+            fields = text[before + 1 : end].split()
+            if not fields or fields[0].startswith(b"#"):
+                continue
+            try:
+                found.add(fields, before + 1, end, sampled=number % stride == 0)
+            except BadLine as rule:
+                found.damaged.append((number, str(rule)))
+        return found
+
+    def add(self, fields: list[bytes], start: int, end: int, sampled: bool) -> None:
+        """Take in one line. BadLine when it begins with a known word but breaks its rule."""
+        tag = fields[0]
+        if tag in LASERS:
+            line = parse_laser(fields)
+            self.entries.append(Entry(tag, start, end, line.stamp, line.pose, line.laser))
+            self.beams[tag][len(line.readings)] += 1
+            self.unmeasured[tag] += len(line.readings) - int(np.count_nonzero(line.readings >= 0))
+            if sampled or not self.samples[tag]:
+                self.samples[tag].append(line)
+        elif tag in POSES:
+            pose = parse_pose(fields)
+            self.entries.append(Entry(tag, start, end, pose.stamp, pose.pose))
+        elif tag == b"PARAM" and len(fields) > 2:
+            self.parameters[fields[1].decode("latin-1")] = fields[2].decode("latin-1")
+        else:
+            word = tag[:24].decode("latin-1")
+            self.unknown[word if word.isprintable() else "unreadable"] += 1
+
+    def parameter(self, name: str) -> float | None:
+        """The value of a PARAM line; None where there is none or it is not a number."""
+        try:
+            value = float(self.parameters[name])
+        except (KeyError, ValueError):
+            return None
+        return value if np.isfinite(value) else None
