@@ -59,7 +59,7 @@ class Linearised(Protocol):
     """A problem near one state: gradient and Gauss-Newton matrix H."""
 
     def step(self, damping: float) -> State:
-        """Solve (H + STEP_INFORMATION·I + damping·diag H) step = −gradient."""
+        """Solve (H + (STEP_INFORMATION + damping)·I) step = −gradient."""
         ...
 
 
@@ -113,7 +113,7 @@ def _descending_step(problem: Problem, state: State, cost: float, damping: float
         new = state.moved(step)
         new_cost = problem.cost(new)
         if new_cost <= cost + ROUNDING * (1.0 + cost):
-            return step, new, new_cost, damping / 10 if damping > 1e-6 else 0.0
-        damping = max(10 * damping, 1e-4)
-        if damping > 1e8:
+            return step, new, new_cost, damping / 10 if damping > 1e-2 else 0.0
+        damping = max(10 * damping, 1.0)
+        if damping > 1e14:
             raise SolverError(f"no step lowers the cost of {cost:.6g}: the linearised problem is singular")

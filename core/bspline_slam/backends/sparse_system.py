@@ -40,10 +40,10 @@ class SparseSystem:
         return cls(poses, sources, rows.astype(np.int32), start.astype(np.int32), np.flatnonzero(rows == columns))
 
     def matrix(self, blocks: Blocks, damping: float = 0.0) -> csc_array:
-        """H + STEP_INFORMATION·I + damping·diag H."""
+        """H + (STEP_INFORMATION + damping)·I."""
         parts = (blocks.pose, blocks.edge, blocks.sight, blocks.curve)
         values = np.concatenate([part.ravel() for part in parts])[self.source]
-        values[self.diagonal] += damping * values[self.diagonal] + STEP_INFORMATION
+        values[self.diagonal] += STEP_INFORMATION + damping
         unknowns = len(self.column_start) - 1
         return csc_array((values, self.rows, self.column_start), shape=(unknowns, unknowns))
 

@@ -1,0 +1,161 @@
+"""Smoothing and mapping with gtsam: the same factors and the same optimum as `direct`, as a reference.
+
+gtsam holds Python's lock while it eliminates: run this back end in a process of its own where anything else must
+stay responsive. One iteration linearises, eliminates (multifrontal Cholesky, COLAMD) and retracts by hand; the
+optimiser classes evaluate the Python factors several times as often. Keys are integers: pose i is i, control
+point k is n + k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import gtsam
+import numpy as np
+
+from bspline_slam.backends.check import check_anchored
+from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State, Stopping, descend
+from bspline_slam.backends.marginals import spline_unknowns
+from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
+from bspline_slam.backends.statistics import estimate_of
+from bspline_slam.graph import Graph, Kernel, PoseFactor, PosePrior, ShapePrior, SplineFactor
+
+Jacobians = list[np.ndarray] | None
+"""gtsam's list to be filled, or None where only the error is wanted."""
+Error = Callable[[gtsam.CustomFactor, gtsam.Values, Jacobians], np.ndarray]
+
+
+class Sam:
+    """Batch smoothing with gtsam.CustomFactor."""
+
+    name = "sam"
+
+    def __init__(self, stopping: Stopping | None = None) -> None:
+        self.stopping = stopping or Stopping()
+
+    def solve(self, graph: Graph, *, progress: Progress = silent, cancelled: Cancelling = never) -> Estimate:
+        """The optimum of the graph. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
+        check_anchored(graph)
+        start = State(graph.poses, graph.control_points)
+        return estimate_of(graph, descend(FactorProblem(graph), start, self.stopping, progress, cancelled))
+
+    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+        """Blocks of the inverse of the Gauss-Newton matrix at the estimate, by gtsam.Marginals."""
+        state = State(estimate.poses, estimate.control_points)
+        linearised = FactorProblem(estimate.graph).linearise(state)
+        marginals = gtsam.Marginals(linearised.held(0.0), values_of(state))
+        n = len(estimate.poses)
+        keys = {spline: (spline_unknowns(estimate.graph, spline)[::2] - 3 * n) // 2 + n for spline in splines}
+        return Marginals(
+            {pose: marginals.marginalCovariance(pose) for pose in poses},
+            {spline: marginals.jointMarginalCovariance(keys[spline].tolist()).fullMatrix() for spline in splines},
+        )
+
+
+class FactorProblem:
+    """A graph as gtsam factors."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.factors = gtsam.NonlinearFactorGraph()
+        n = len(graph.poses)
+        for spline in graph.spline_factors:
+            keys = [spline.pose, *range(n + spline.first, n + spline.first + spline.A.shape[1] // 2)]
+            self._add(len(spline.b), keys, spline_error(spline, keys))
+        for edge in graph.pose_factors:
+            self._add(3, [edge.i, edge.j], edge_error(edge), edge.kernel)
+        for prior in graph.pose_priors:
+            self._add(3, [prior.pose], prior_error(prior))
+        for shape in graph.shape_priors:
+            keys = [*range(n + shape.first, n + shape.first + shape.A.shape[1] // 2)]
+            self._add(len(shape.b), keys, shape_error(shape, keys))
+
+    def cost(self, state: State) -> float:
+        """½ Σ ρ(‖e‖²)."""
+        return self.factors.error(values_of(state))
+
+    def linearise(self, state: State) -> LinearisedFactors:
+        return LinearisedFactors(self.factors.linearize(values_of(state)), state)
+
+    def _add(self, rows: int, keys: list[int], error: Error, kernel: Kernel = None) -> None:
+        model = gtsam.noiseModel.Unit.Create(rows)
+        if kernel is not None:
+            model = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(kernel), model)
+        self.factors.add(gtsam.CustomFactor(model, keys, error))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinearisedFactors:
+    """The linear factors at one state."""
+
+    factors: gtsam.GaussianFactorGraph
+    at: State
+
+    def step(self, damping: float) -> State:
+        held = self.held(damping)
+        solution = held.optimize(gtsam.Ordering.ColamdGaussianFactorGraph(held)).vector()
+        poses = 3 * len(self.at.poses)
+        return State(solution[:poses].reshape(-1, 3), solution[poses:].reshape(-1, 2))
+
+    def held(self, damping: float) -> gtsam.GaussianFactorGraph:
+        """The linear factors, and one on each key that holds its step."""
+        held, root = self.factors.clone(), np.sqrt(STEP_INFORMATION + damping)
+        for key in range(len(self.at.poses) + len(self.at.control_points)):
+            size = 3 if key < len(self.at.poses) else 2
+            held.add(key, root * np.eye(size), np.zeros(size), gtsam.noiseModel.Unit.Create(size))
+        return held
+
+
+def values_of(state: State) -> gtsam.Values:
+    """A state under its keys."""
+    values = gtsam.Values()
+    for key, unknown in enumerate([*state.poses, *state.control_points]):
+        values.insert(key, unknown)
+    return values
+
+
+def spline_error(factor: SplineFactor, keys: list[int]) -> Error:
+    def error(_: gtsam.CustomFactor, values: gtsam.Values, H: Jacobians) -> np.ndarray:
+        pose, points = values.atVector(keys[0]), np.array([values.atVector(key) for key in keys[1:]])
+        if H is not None:
+            by_pose, by_points = factor.jacobians(pose, points)
+            H[0] = by_pose
+            _fill_points(H, 1, by_points)
+        return factor.residual(pose, points)
+
+    return error
+
+
+def edge_error(factor: PoseFactor) -> Error:
+    def error(_: gtsam.CustomFactor, values: gtsam.Values, H: Jacobians) -> np.ndarray:
+        pose_i, pose_j = values.atVector(factor.i), values.atVector(factor.j)
+        if H is not None:
+            H[0], H[1] = factor.jacobians(pose_i, pose_j)
+        return factor.residual(pose_i, pose_j)
+
+    return error
+
+
+def prior_error(prior: PosePrior) -> Error:
+    def error(_: gtsam.CustomFactor, values: gtsam.Values, H: Jacobians) -> np.ndarray:
+        if H is not None:
+            H[0] = prior.sqrt_information
+        return prior.residual(values.atVector(prior.pose))
+
+    return error
+
+
+def shape_error(prior: ShapePrior, keys: list[int]) -> Error:
+    def error(_: gtsam.CustomFactor, values: gtsam.Values, H: Jacobians) -> np.ndarray:
+        points = np.array([values.atVector(key) for key in keys])
+        if H is not None:
+            _fill_points(H, 0, prior.A)
+        return prior.residual(points)
+
+    return error
+
+
+def _fill_points(H: list[np.ndarray], first: int, by_points: np.ndarray) -> None:
+    """Hand over a Jacobian in pairs of columns, one pair per control point."""
+    for k in range(by_points.shape[1] // 2):
+        H[first + k] = by_points[:, 2 * k : 2 * k + 2]
