@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
 
 
 class Verdict(Enum):
@@ -26,8 +30,7 @@ class Relation(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A spline that came into question: RMS distance along the normal (m) and the share of the piece's beams it
-    explains."""
+    """A spline that came into question: RMS distance along the normal (m) and the share of the piece's beams it explains."""
 
     spline: int
     distance: float
@@ -40,8 +43,7 @@ class Association:
 
     `spline` is the id it was given to (None when gated out or ignored). `distance` is the RMS of the accepted
     candidate (NaN when there was none) and `gate` the limit it was held against (m). `candidates` are sorted best
-    first.
-    `by` is "rule" or "hand".
+    first. `by` is "rule" or "hand".
     """
 
     scan: int
@@ -60,3 +62,122 @@ class Association:
     def runner_up(self) -> Candidate | None:
         """The best candidate that was not chosen."""
         return next((candidate for candidate in self.candidates if candidate.spline != self.spline), None)
+
+
+@dataclass(frozen=True, slots=True)
+class AssociationConfig:
+    """Gates (m): across the curve, along it beyond an end, cosine between normals; least sizes of pieces and of new splines.
+
+    New stretches of curve stay within `smooth` of their beam ends.
+    `extension` is how near to an end of its spline a piece must reach for the beams beyond it to lengthen that spline.
+    `join_gap` and `join_turn` bound the gap and the bend (rad) between two ends that one segment shows to be one curve.
+    """
+
+    gate: float = 0.10
+    along: float = 0.12
+    agreement: float = 0.7
+    candidates: int = 4
+    least_points: int = 3
+    new_points: int = 4
+    new_length: float = 0.2
+    smooth: float = 0.05
+    sparse_gap: float = 0.3
+    sparse_ratio: float = 2.5
+    extension: float = 0.3
+    join_gap: float = 0.25
+    join_turn: float = np.deg2rad(25.0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Explanation:
+    """For each point of one segment up to K splines near it: id (−1: none), parameter, signed distance across (m)."""
+
+    spline: Int[np.ndarray, "m K"]
+    t: Float[np.ndarray, "m K"]
+    across: Float[np.ndarray, "m K"]
+
+    def of(self, spline: int) -> tuple[Bool[np.ndarray, "m"], Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+        """Which points `spline` explains, with parameter and distance (0 where it does not)."""
+        hit = self.spline == spline
+        explained = hit.any(1)
+        return explained, np.where(hit, self.t, 0.0).sum(1), np.where(hit, self.across, 0.0).sum(1)
+
+    def part(self, a: int, b: int) -> Explanation:
+        """Points a … b − 1."""
+        return Explanation(self.spline[a:b], self.t[a:b], self.across[a:b])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Piece:
+    """Points a … b − 1 of a segment, given to `spline`, or to none."""
+
+    a: int
+    b: int
+    spline: int | None
+
+
+def cut_into_pieces(seen: Explanation, config: AssociationConfig) -> list[Piece]:
+    """Cut one segment where the spline that explains it changes, the best explanation first; pieces in order, without gaps."""
+    pieces = list(_explain(seen, 0, len(seen.spline), config))
+    pieces.sort(key=lambda piece: piece.a)
+    merged: list[Piece] = []
+    for piece in pieces:
+        if merged and merged[-1].spline == piece.spline and merged[-1].b == piece.a:
+            merged[-1] = Piece(merged[-1].a, piece.b, piece.spline)
+        else:
+            merged.append(piece)
+    return merged
+
+
+def _explain(seen: Explanation, a: int, b: int, config: AssociationConfig) -> Iterator[Piece]:
+    """The spline that explains most of points a … b − 1, then the same for what is left on both sides of it."""
+    if a >= b:
+        return
+    ids, counts = np.unique(seen.spline[a:b], return_counts=True)
+    counts = np.where(ids < 0, 0, counts)
+    if not len(ids) or counts.max() < config.least_points:
+        yield Piece(a, b, None)
+        return
+    best = _closest_of_most(seen.part(a, b), ids, counts)
+    explained = seen.of(best)[0][a:b]
+    run = _longest_run(explained)
+    if run[1] - run[0] < config.least_points:
+        yield Piece(a, b, None)
+        return
+    yield from _explain(seen, a, a + run[0], config)
+    yield Piece(a + run[0], a + run[1], best)
+    yield from _explain(seen, a + run[1], b, config)
+
+
+def _closest_of_most(seen: Explanation, ids: Int[np.ndarray, "s"], counts: Int[np.ndarray, "s"]) -> int:
+    """Among the splines that explain nearly as many points as the best, the one that lies closest."""
+    near = ids[counts >= 0.8 * counts.max()]
+    if len(near) == 1:
+        return int(near[0])
+    rms = []
+    for spline in near:
+        explained, _, across = seen.of(int(spline))
+        rms.append(np.sqrt(np.mean(across[explained] ** 2)))
+    return int(near[int(np.argmin(rms))])
+
+
+def _longest_run(explained: Bool[np.ndarray, "m"], hole: int = 1) -> tuple[int, int]:
+    """Longest stretch of explained points, holes of up to `hole` points bridged."""
+    where = np.flatnonzero(explained)
+    cuts = np.flatnonzero(np.diff(where) > hole + 1)
+    starts = where[np.concatenate([[0], cuts + 1])]
+    ends = where[np.concatenate([cuts, [len(where) - 1]])] + 1
+    longest = int(np.argmax(ends - starts))
+    return int(starts[longest]), int(ends[longest])
+
+
+def candidates_of(seen: Explanation) -> tuple[Candidate, ...]:
+    """All splines near a piece, those that explain most of it first, ties by distance."""
+    out = []
+    for spline in np.unique(seen.spline):
+        if spline < 0:
+            continue
+        explained, _, across = seen.of(int(spline))
+        rms = float(np.sqrt(np.mean(across[explained] ** 2)))
+        out.append(Candidate(int(spline), rms, float(explained.mean())))
+    return tuple(sorted(out, key=lambda c: (-round(c.overlap, 1), c.distance)))

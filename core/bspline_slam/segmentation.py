@@ -47,6 +47,8 @@ class SegmentationConfig:
 
     incidence: float = np.deg2rad(10.0)
     slack: float = 0.05
+    leap: float = 0.15
+    leap_ratio: float = 2.5
     range_noise: float = 0.012
     corner: float = np.deg2rad(40.0)
     corner_reach: float = 0.15
@@ -77,14 +79,17 @@ def segment_scan(scan: LaserScan, config: SegmentationConfig = SegmentationConfi
 def breakpoints(
     ranges: Float[np.ndarray, "m"], bearings: Float[np.ndarray, "m"], resolution: float, config: SegmentationConfig
 ) -> Bool[np.ndarray, "m-1"]:
-    """Whether the surface breaks between beams j and j+1 (Borges & Aldon 2004, eq. 8, with slack)."""
+    """Whether the surface breaks between beams j and j+1 (Borges & Aldon 2004, eq. 8, with slack), or leaps: a gap of
+    more than `leap` and `leap_ratio` times those beside it."""
     turn = np.diff(bearings)
     near = np.minimum(ranges[:-1], ranges[1:])
     far = np.maximum(ranges[:-1], ranges[1:])
     gap = np.sqrt(near**2 + far**2 - 2 * near * far * np.cos(turn))
     flattest = np.maximum(config.incidence - np.minimum(turn, 0.8 * config.incidence), 0.02)
     allowed = near * np.sin(turn) / np.sin(flattest) + 3 * config.range_noise + config.slack
-    return (gap > allowed) | (turn > (config.bridged_beams + 1.5) * resolution)
+    around = np.pad(gap, 1, mode="edge")
+    leap = (gap > config.leap) & (gap > config.leap_ratio * np.maximum(around[:-2], around[2:]))
+    return (gap > allowed) | leap | (turn > (config.bridged_beams + 1.5) * resolution)
 
 
 def corner_points(
