@@ -1,0 +1,200 @@
+"""The command line: view, run, evaluate, simulate. Everything that prints is here."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from bspline_slam.errors import Cancelled, ConfigError, SplineSlamError
+
+SAMPLE = "office"
+FAILED, INTERRUPTED = 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; every error that is meant for a person becomes one sentence and exit code 2."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or (words[0].startswith("-") and words[0] not in ("-h", "--help", "--version")):
+        words.insert(0, "view")
+    options = parser().parse_args(words)
+    try:
+        options.command(options)
+    except Cancelled as stop:
+        return _complain(str(stop), INTERRUPTED)
+    except SplineSlamError as error:
+        return _complain(str(error), FAILED)
+    except OSError as error:
+        return _complain(f"{error.filename or 'a file'}: {error.strerror}", FAILED)
+    except KeyboardInterrupt:
+        return _complain("stopped", INTERRUPTED)
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and their options."""
+    top = argparse.ArgumentParser(
+        prog="splinescope",
+        description="A browser workbench for B-spline SLAM on 2D laser logs. Without a command: view the sample log.",
+    )
+    top.add_argument("--version", action="version", version=f"splinescope {version('splinescope')}")
+    commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_view(commands.add_parser("view", help="watch a log being processed, in the browser"))
+    _add_run(commands.add_parser("run", help="process a log without a display and write trajectory, map and report"))
+    _add_evaluate(commands.add_parser("evaluate", help="score a written trajectory"))
+    _add_simulate(commands.add_parser("simulate", help="drive a simulated robot through a world and write its log"))
+    return top
+
+
+def _add_view(command: argparse.ArgumentParser) -> None:
+    command.add_argument("log", nargs="?", default=SAMPLE, help="a log, or the name of a sample (default: %(default)s)")
+    command.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
+    command.add_argument("--port", type=int, default=8080, help="port to listen on, 0 for any (default: %(default)s)")
+    command.add_argument("--no-browser", action="store_true", help="only print the address")
+    command.add_argument("--session", type=Path, help="a session file to go on with")
+    command.set_defaults(command=view)
+
+
+def _add_run(command: argparse.ArgumentParser) -> None:
+    command.add_argument("log", help="a log, or the name of a sample")
+    command.add_argument("--out", type=Path, required=True, help="folder for the results; made when missing")
+    command.add_argument("--backend", help="solver: direct, sam or pose_graph")
+    command.add_argument("--model", help="observation model: normal-distance or chord-length")
+    command.add_argument("--config", type=Path, help="configuration, .json or .toml; a written report.json has it all")
+    command.set_defaults(command=run)
+
+
+def _add_evaluate(command: argparse.ArgumentParser) -> None:
+    command.add_argument("results", type=Path, help="the folder that `run` wrote, or a TUM file")
+    command.add_argument("--relations", type=Path, help="hand-checked relative poses: t1 t2 x y z roll pitch yaw")
+    command.add_argument("--reference", type=Path, help="a reference trajectory (TUM) for ATE and RPE")
+    command.add_argument("--json", action="store_true", help="print the figures as JSON")
+    command.set_defaults(command=evaluate)
+
+
+def _add_simulate(command: argparse.ArgumentParser) -> None:
+    command.add_argument("world", help="a world: the name of one that comes with the program, or a .json file")
+    command.add_argument("--out", type=Path, required=True, help="the log to write; its suffix says the format")
+    command.add_argument("--seed", type=int, default=0, help="of all noise (default: %(default)s)")
+    command.add_argument("--noise", type=float, default=0.012, help="of ranges, m (default: %(default)s)")
+    command.add_argument("--resolution", type=float, help="between beams, degrees (default: the world's own)")
+    command.add_argument(
+        "--odometry-noise", type=float, default=1.0, help="factor on its errors (default: %(default)s)"
+    )
+    command.set_defaults(command=simulate)
+
+
+def view(options: argparse.Namespace) -> None:
+    """Serve the page until it is stopped."""
+    from splinescope.paths import find_log
+
+    log = find_log(options.log)
+    from splinescope import viewer
+
+    viewer.view(
+        log,
+        host=options.host,
+        port=options.port,
+        browser=not options.no_browser,
+        session=options.session,
+    )
+
+
+def run(options: argparse.Namespace) -> None:
+    """Process a whole log and write its results."""
+    from splinescope.paths import find_log
+    from splinescope.run import run_and_write, summary_text
+
+    with cancelled_by_interrupt() as cancelled, progress_line() as progress:
+        summary = run_and_write(
+            find_log(options.log),
+            options.out,
+            config_file=options.config,
+            back_end=options.backend,
+            model=options.model,
+            progress=progress,
+            cancelled=cancelled,
+        )
+    print(summary_text(summary, options.out))
+
+
+def evaluate(options: argparse.Namespace) -> None:
+    """Print the figures of a written trajectory."""
+    from bspline_slam.export.trajectory import Trajectory
+    from bspline_slam.lab.evaluation import TrajectoryErrors
+    from bspline_slam.lab.relations import RelationErrors, Relations
+    from splinescope import evaluation_text as text
+
+    if not options.relations and not options.reference:
+        raise ConfigError("evaluate needs --relations FILE or --reference FILE, or both")
+    results = options.results / "trajectory.tum" if options.results.is_dir() else options.results
+    trajectory, figures, lines = Trajectory.from_tum(results), {}, []
+    if options.relations:
+        errors = RelationErrors.from_trajectory(trajectory, Relations.from_file(options.relations))
+        figures["relations"] = text.relation_figures(errors)
+        lines.append(text.relation_text(figures["relations"]))
+    if options.reference:
+        errors = TrajectoryErrors.from_trajectories(trajectory, Trajectory.from_tum(options.reference))
+        figures["reference"] = text.trajectory_figures(errors)
+        lines.append(text.trajectory_text(figures["reference"]))
+    print(json.dumps(figures, indent=2) if options.json else "\n".join(lines))
+
+
+def simulate(options: argparse.Namespace) -> None:
+    """Write the log of a simulated drive."""
+    from bspline_slam.lab.simulation import simulate_to_file
+
+    with progress_line() as progress:
+        written = simulate_to_file(
+            options.world,
+            options.out,
+            seed=options.seed,
+            noise=options.noise,
+            resolution_deg=options.resolution,
+            odometry_noise=options.odometry_noise,
+            progress=lambda done, total: progress("Simulating scans", done / total),
+        )
+    print(*written, sep="\n")
+
+
+@contextmanager
+def progress_line() -> Iterator[Callable[[str, float], None]]:
+    """Progress on standard error, where results do not go."""
+    from splinescope.progress import ProgressLine
+
+    line = ProgressLine(sys.stderr)
+    try:
+        yield line
+    finally:
+        line.end()
+
+
+@contextmanager
+def cancelled_by_interrupt() -> Iterator[Callable[[], bool]]:
+    """Ctrl-C asks the job to stop at its next safe point; a second one stops at once."""
+    asked = threading.Event()
+
+    def ask(number: int, frame: object) -> None:
+        asked.set()
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, ask)
+    try:
+        yield asked.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _complain(sentence: str, code: int) -> int:
+    print(f"splinescope: {sentence}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+"""What a run was and how it went, as plain data: `report.json`."""
+
+from __future__ import annotations
+
+import platform
+import resource
+import sys
+from collections import Counter
+from importlib.metadata import version
+from typing import Any
+
+from bspline_slam.backends.protocol import Estimate
+from bspline_slam.config import config_to_dict
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamConfig, SlamResult, Snapshot
+
+PACKAGES = ("splinescope", "numpy", "scipy", "numba", "gtsam", "kiss-icp", "rosbags")
+
+
+def report(log: ScanLog, config: SlamConfig, result: SlamResult) -> dict[str, Any]:
+    """Configuration, counts, fit, times (s) and memory (MB) of one run over `log`."""
+    snapshot = result.snapshot
+    return {
+        "format": "splinescope-report",
+        "version": 1,
+        "log": _log(log),
+        "counts": _counts(snapshot),
+        **(_fit(snapshot.estimate) if snapshot.estimate else {}),
+        "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
+        "seconds_total": round(sum(result.seconds.values()), 3),
+        "peak_memory_mb": round(peak_memory_mb(), 1),
+        "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+        "configuration": config_to_dict(config),
+    }
+
+
+def peak_memory_mb() -> float:
+    """The most memory that this process and those it waited for have held (MB)."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    who = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    return max(resource.getrusage(each).ru_maxrss for each in who) * unit / 1e6
+
+
+def _log(log: ScanLog) -> dict[str, Any]:
+    times = log.records.times
+    return {
+        "name": log.name,
+        "content_hash": log.content_hash,
+        "records": len(times),
+        "scans": len(log),
+        "seconds": round(float(times[-1] - times[0]), 3),
+        "odometry": log.odometry is not None,
+        "notes": list(log.notes),
+    }
+
+
+def _counts(snapshot: Snapshot) -> dict[str, Any]:
+    verdicts = Counter(decision.verdict.value for step in snapshot.steps for decision in step.associations)
+    accepted = sum(closure.accepted for closure in snapshot.loop_closures)
+    return {
+        "scans": len(snapshot.poses),
+        "key_scans": len(snapshot.key_scans),
+        "splines": len(snapshot.map),
+        "control_points": snapshot.map.control_point_count,
+        "spline_metres": round(sum(spline.length for spline in snapshot.map), 2),
+        "associations": dict(sorted(verdicts.items())),
+        "loop_closures": {"accepted": accepted, "rejected": len(snapshot.loop_closures) - accepted},
+    }
+
+
+def _fit(estimate: Estimate) -> dict[str, Any]:
+    return {
+        "converged": estimate.converged,
+        "iterations": len(estimate.iterations) - 1,
+        "cost_before": estimate.iterations[0].cost,
+        "cost_after": estimate.iterations[-1].cost,
+        "chi2": estimate.chi2,
+        "dof": estimate.dof,
+        "chi2_per_dof": estimate.chi2 / estimate.dof if estimate.dof > 0 else None,
+    }
