@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -55,6 +55,7 @@ class State:
         return float(max(np.abs(self.poses).max(initial=0.0), np.abs(self.control_points).max(initial=0.0)))
 
 
+@runtime_checkable
 class Linearised(Protocol):
     """A problem near one state: gradient and Gauss-Newton matrix H."""
 
@@ -63,6 +64,7 @@ class Linearised(Protocol):
         ...
 
 
+@runtime_checkable
 class Problem(Protocol):
     """What the loop needs to know."""
 

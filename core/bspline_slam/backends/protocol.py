@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -64,6 +64,7 @@ def never() -> bool:
     return False
 
 
+@runtime_checkable
 class BackEnd(Protocol):
     """A solver of graphs. `solve` raises Cancelled between iterations once `cancelled()` is true."""
 

@@ -21,8 +21,8 @@ from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Prog
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.graph import Graph, Kernel, PoseFactor, PosePrior, ShapePrior, SplineFactor
 
-Jacobians = list[np.ndarray] | None
-"""gtsam's list to be filled, or None where only the error is wanted."""
+Jacobians = gtsam.JacobianVector | None
+"""The list to be filled, or None where only the error is wanted."""
 Error = Callable[[gtsam.CustomFactor, gtsam.Values, Jacobians], np.ndarray]
 
 
@@ -155,7 +155,7 @@ def shape_error(prior: ShapePrior, keys: list[int]) -> Error:
     return error
 
 
-def _fill_points(H: list[np.ndarray], first: int, by_points: np.ndarray) -> None:
+def _fill_points(H: gtsam.JacobianVector, first: int, by_points: np.ndarray) -> None:
     """Hand over a Jacobian in pairs of columns, one pair per control point."""
     for k in range(by_points.shape[1] // 2):
         H[first + k] = by_points[:, 2 * k : 2 * k + 2]
