@@ -11,8 +11,9 @@ const watchers = [];
 let locked = null; // the camera controls that have been configured
 let sender = null; // changes with every connection
 let shown = ""; // what the watchers know
-let pending = null; // a fit that waits for the camera
-let fitted = 0;
+let wanted = null; // the rectangle to show; null once a person has moved the camera
+let fitted = 0; // number of the last fit
+let fittedFor = ""; // the size that it was made for
 let bottom = 0; // px covered by the timeline
 let timer = null;
 
@@ -21,6 +22,7 @@ export function viewport() {
   const { canvas, camera } = viewer() ?? {};
   if (!canvas?.clientHeight || !camera) return null;
   const tall = 2 * camera.position.y * Math.tan((camera.fov * Math.PI) / 360);
+  if (!(tall > 0.1 * MIN_VIEW)) return null; // not placed yet
   return {
     x: -camera.position.z, // the viewer's own axes: left, up, back
     y: -camera.position.x,
@@ -48,7 +50,9 @@ export function watch(watcher) {
 
 /** Say how many pixels at the bottom are covered, so that a fit keeps clear of them. */
 export function coverBottom(pixels) {
+  if (pixels === bottom) return;
   bottom = pixels;
+  check();
 }
 
 function lock(controls) {
@@ -69,8 +73,10 @@ function lock(controls) {
   controls.dollySpeed = 0.6;
   controls.minDistance = MIN_VIEW / tangent;
   viewer().configuredMaxOrbitDistance = MAX_VIEW / tangent;
+  controls.addEventListener("controlstart", () => (wanted = null));
   controls.addEventListener("update", changed);
   controls.addEventListener("rest", changed);
+  keepColours();
   locked = controls;
 }
 
@@ -99,14 +105,14 @@ function report() {
 }
 
 function fit({ bounds, number }) {
-  const view = viewport();
-  if (!locked || !view) {
-    pending = { bounds, number };
-    return;
-  }
   if (number === fitted) return; // said again after a lost connection
   fitted = number;
-  const [left, low, right, high] = bounds;
+  fittedFor = "";
+  wanted = bounds;
+  check();
+}
+
+function show([left, low, right, high], view) {
   const wide = Math.max(right - left, MIN_VIEW) / Math.max(view.width - 2 * MARGIN, 50);
   const tall = Math.max(high - low, MIN_VIEW) / Math.max(view.height - 2 * MARGIN - bottom, 50);
   const scale = Math.max(wide, tall);
@@ -115,6 +121,20 @@ function fit({ bounds, number }) {
   const tangent = 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
   const distance = Math.min((scale * view.height) / tangent, viewer().configuredMaxOrbitDistance);
   locked.setLookAt(-y, distance, -x, -y, 0, -x, true);
+}
+
+// Panels that open and close change the room there is; what was to be seen stays in sight.
+function keepShown(view) {
+  const size = [view.width, view.height, bottom].join();
+  if (!wanted || size === fittedFor) return;
+  fittedFor = size;
+  show(wanted, view);
+}
+
+// The viewer would map our colours as if they were light in a room.
+function keepColours() {
+  const { scene } = viewer();
+  if (scene) scene.onBeforeRender = (renderer) => (renderer.toneMapping = 0);
 }
 
 // The viewer may replace its controls, lose its connection or change its size at any time.
@@ -126,10 +146,7 @@ function check() {
     sender = internals.sendMessage;
     timer ??= setTimeout(report, 80);
   }
-  if (pending) {
-    fit(pending);
-    pending = null;
-  }
+  keepShown(viewport());
   changed();
 }
 

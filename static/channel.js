@@ -14,7 +14,13 @@ export function on(topic, listener) {
 
 function receive(topic, value) {
   latest.set(topic, value);
-  for (const listener of listeners.get(topic) ?? []) listener(value);
+  for (const listener of listeners.get(topic) ?? []) {
+    try {
+      listener(value);
+    } catch (error) {
+      console.error(topic, error); // whatever comes next must still arrive
+    }
+  }
 }
 
 /** Tell Python what a person did. */

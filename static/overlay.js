@@ -19,7 +19,7 @@ export function roundLength(metresPerPixel, pixels = LONGEST) {
 
 /** A length for a person: 2 km, 5 m, 20 cm, 5 mm. */
 export function sayLength(metres) {
-  const [factor, unit] = [[1e-3, "km"], [1, "m"], [100, "cm"], [1000, "mm"]].find(([f]) => metres * f >= 0.999);
+  const [factor, unit] = [[1e-3, "km"], [1, "m"], [100, "cm"], [1000, "mm"]].find(([f, u]) => metres * f >= 0.999 || u === "mm");
   return `${+(metres * factor).toPrecision(3)} ${unit}`;
 }
 
@@ -85,7 +85,7 @@ function pointerMoved(event) {
 export function start() {
   layer.id = "splinescope";
   const corner = document.createElement("div");
-  corner.className = "scope-scale";
+  corner.className = "scope-scale scope-card";
   bar.className = "scope-bar";
   bar.setAttribute("role", "img");
   readout.className = "scope-readout";

@@ -58,6 +58,7 @@ class Page:
         self._timelines: list[TimelineCallback] = []
         self._views: list[Callable[[], None]] = []
         self._set_camera()
+        server.scene.world_axes.visible = False
         server.scene.configure_environment_map(None)
         server.scene.configure_default_lights(enabled=False)
         server.gui.set_panel_label(title)

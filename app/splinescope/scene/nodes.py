@@ -7,6 +7,10 @@ import viser
 
 from splinescope.scene.strokes import Strokes
 
+_SRGB = np.arange(256) / 255.0
+LINEAR = np.rint(255.0 * np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)).astype(np.uint8)
+"""The viewer takes colours of vertices for light, not for the numbers of the screen."""
+
 STEP = 0.05  # m between layers, seen from hundreds of metres: it decides only what covers what
 
 
@@ -37,7 +41,7 @@ class LineNode:
         points[..., :2] = strokes.segments
         points[..., 2] = self._height
         self._handle.points = points
-        self._handle.colors = np.repeat(strokes.colours[:, None], 2, axis=1)
+        self._handle.colors = np.repeat(LINEAR[strokes.colours][:, None], 2, axis=1)
         self._shown = strokes
         self._handle.visible = True
 

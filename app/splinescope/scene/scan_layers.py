@@ -170,7 +170,8 @@ def robot(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     hue = theme.legible(VERMILION) if view.lost else theme.ink
     lines = [polyline(se2.transform(view.pose, outline))]
     if view.key:
-        lines += [polyline(se2.transform(view.pose, outline * share)) for share in (0.72, 0.45, 0.2)]
+        rings = int(np.clip(0.5 * size / detail.pixel / 1.8, 3, 24))
+        lines += [polyline(se2.transform(view.pose, outline * share)) for share in np.arange(1, rings) / rings]
     drawn = Strokes.of(np.concatenate(lines), hue)
     if not view.lost:
         return drawn
