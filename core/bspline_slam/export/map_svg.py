@@ -14,7 +14,8 @@ from bspline_slam.spline_map import SplineMap
 MARGIN = 1.0
 WIDEST = 1400
 STYLE = """
-  svg { background: #fff; font-family: Helvetica, Arial, sans-serif; }
+  svg { font-family: Helvetica, Arial, sans-serif; }
+  .paper { fill: #fff; }
   .grid { fill: none; stroke: #e9edf2; stroke-width: 1; }
   .grid-5 { fill: none; stroke: #d3dae3; stroke-width: 1; }
   .splines path { fill: none; stroke: #16324f; stroke-width: WALL; stroke-linecap: round; stroke-linejoin: round; }
@@ -40,12 +41,13 @@ def map_to_svg(
         f'width="{width * scale:.0f}" height="{height * scale:.0f}">',
         f"<title>{escape(title)}</title>",
         f"<desc>One unit is one metre; y points upwards.</desc><style>{STYLE.replace('WALL', '0.06')}</style>",
+        f'<rect class="paper" x="{low[0]:g}" y="{-high[1]:g}" width="{width:g}" height="{height:g}"/>',
         '<g transform="scale(1,-1)">',
         *_grid(low, high),
+        *_trajectory(paths[0], 4 / scale),
         '<g class="splines">',
         *(f'<path id="spline-{key}" d="{_path_data(pieces)}"/>' for key, pieces in curves.items()),
         "</g>",
-        *_trajectory(paths[0], 4 / scale),
         "</g>",
         *_scale_bar(low, high, 1 / scale),
         "</svg>",
