@@ -44,7 +44,9 @@ def room(x: float, y: float, width: float, depth: float) -> list[Float[np.ndarra
     ]
 
 
-def floor_map(columns: int = 2, rows: int = 1, wobble: float = 0.004, rng: np.random.Generator | None = None) -> SplineMap:
+def floor_map(
+    columns: int = 2, rows: int = 1, wobble: float = 0.004, rng: np.random.Generator | None = None
+) -> SplineMap:
     """Rooms on a grid, as splines with ids from 0; with `rng` their control points are off by `wobble` (m)."""
     splines: list[MapSpline] = []
     for row in range(rows):

@@ -1,0 +1,95 @@
+"""Looking at the page as people do: open it in the test browser, wait until it is ready, read what it sees."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Page
+
+ARTEFACTS = Path(__file__).parents[2] / "artefacts"
+PATIENCE = 60.0  # s: the slowest machine that tests run on
+READY = "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
+
+
+@dataclass
+class Window:
+    """One browser page on one of our servers; `errors` collects what its console complains of."""
+
+    page: Page
+    errors: list[str] = field(default_factory=list)
+
+    def viewport(self) -> dict[str, float]:
+        """What our script believes to be seen: x, y, metresPerPixel, width, height."""
+        return self.page.evaluate("splinescope.camera.viewport()")
+
+    def settled(self) -> dict[str, float]:
+        """The same, once it has stopped changing."""
+        before, now = {}, self.viewport()
+        while before != now:
+            self.page.wait_for_timeout(250)
+            before, now = now, self.viewport()
+        return now
+
+    def pixel_of(self, x: float, y: float) -> tuple[float, float]:
+        """Where a point of the world lies in the window (px)."""
+        view = self.settled()
+        box = self.page.evaluate("(({left, top}) => [left, top])(__viserMutable.canvas.getBoundingClientRect())")
+        across = (x - view["x"]) / view["metresPerPixel"] + view["width"] / 2
+        down = (view["y"] - y) / view["metresPerPixel"] + view["height"] / 2
+        return box[0] + across, box[1] + down
+
+    def camera(self) -> dict[str, list[float]]:
+        """The true pose of the camera in the viewer's own axes: position, quaternion, up."""
+        return self.page.evaluate(
+            "(({position, quaternion, up}) => ({position: position.toArray(), quaternion: quaternion.toArray(),"
+            " up: up.toArray()}))(__viserMutable.camera)"
+        )
+
+    def node(self, name: str) -> dict[str, Any] | None:
+        """What the browser holds of a node of the scene: its segments, and whether it is visible."""
+        return self.page.evaluate(
+            """name => {
+                 const node = __viserSceneTree.getState()[name];
+                 if (!node) return null;
+                 const count = node.message?.props?.points?.length ?? 0;
+                 return { segments: count / 6, visible: __viserMutable.nodeRefFromName[name]?.visible ?? false };
+               }""",
+            name,
+        )
+
+    def screenshot(self, name: str) -> Path:
+        """Keep a picture of the page as an artefact of the tests."""
+        ARTEFACTS.mkdir(exist_ok=True)
+        path = ARTEFACTS / f"{name}.png"
+        self.page.screenshot(path=path)
+        return path
+
+
+@contextmanager
+def opened(browser: Browser, url: str, width: int = 1280, height: int = 720) -> Iterator[Window]:
+    """The page at `url`, ready to be used, in a fresh profile."""
+    context = browser.new_context(viewport={"width": width, "height": height})
+    window = Window(context.new_page())
+    window.page.on("console", lambda said: window.errors.append(said.text) if said.type == "error" else None)
+    window.page.on("pageerror", lambda error: window.errors.append(str(error)))
+    try:
+        window.page.goto(f"{url}/?fixedDpr=1")
+        window.page.wait_for_function(READY, timeout=1000 * PATIENCE)
+        window.settled()
+        yield window
+    finally:
+        context.close()
+
+
+def until(condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
+    """Wait until `condition` gives something true, and return that; fail with `what` was waited for."""
+    deadline = time.monotonic() + seconds
+    while not (value := condition()):
+        assert time.monotonic() < deadline, f"waited {seconds:g} s in vain for {what}"
+        time.sleep(0.02)
+    return value
