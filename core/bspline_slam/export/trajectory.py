@@ -54,14 +54,13 @@ class Trajectory:
             if not words:
                 continue
             try:
-                stamp, x, y, _, _, _, qz, qw = map(float, words)
+                stamp, x, y, _, qx, qy, qz, qw = map(float, words)
             except ValueError:
                 raise LogError(path, "a pose is `stamp x y z qx qy qz qw`, eight numbers", number) from None
-            rows.append((stamp, x, y, 2.0 * np.arctan2(qz, qw)))
+            rows.append((stamp, x, y, np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))))
         if not rows:
             raise LogError(path, "holds no poses")
         table = np.array(rows)
-        table[:, 3] = se2.wrap(table[:, 3])
         return cls(table[:, 0], table[:, 1:])
 
     def to_tum(self, path: Path) -> None:
