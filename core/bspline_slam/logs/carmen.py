@@ -124,10 +124,10 @@ def _odometry(
         if poses[~held].any():
             note = "The odometry poses of the scans are all zero: they are interpolated from the ODOM lines."
             return interpolate_poses(times[~held], poses[~held], times), [note]
-        laser = np.array([entry.laser or (0.0, 0.0, 0.0) for entry in kept])
-        if laser.any():
+        laser = np.array([entry.laser for entry in kept if entry.laser is not None])
+        if np.ptp(laser, axis=0).any():
             note = "The odometry poses are all zero: the laser poses are taken as odometry."
-            return interpolate_poses(times[held], laser[held], times), [note]
+            return interpolate_poses(times[held], laser, times), [note]
     elif not held.all() and _leaves_scans(poses, held, times):
         note = "The ODOM lines tell of another path than the odometry of the scans: they are left out."
         return interpolate_poses(times[held], poses[held], times), [note]
@@ -205,7 +205,7 @@ def _line_notes(tag: bytes, found: CarmenIndex) -> list[str]:
         kinds = ", ".join(f"{name} ({count})" for name, count in found.unknown.most_common(5))
         notes.append(f"{found.unknown.total()} lines of unknown kind are left out: {kinds}.")
     if found.unmeasured[tag]:
-        notes.append(f"{found.unmeasured[tag]} readings are negative or not finite and count as no measurement.")
+        notes.append(f"{found.unmeasured[tag]} readings are negative or not a number and count as no measurement.")
     guessed = [count for count in sorted(found.beams[tag]) if tag != b"ROBOTLASER1" and not count_is_known(count)]
     if guessed:
         counts = " or ".join(map(str, guessed))

@@ -31,7 +31,7 @@ class CarmenIndex:
     """What the pass gathers: entries in the order of recording, PARAM values, and counts of what was met.
 
     `beams` (tag → number of beams → scans), `samples` (tag → some of its lines), `unmeasured` (tag → readings that are
-    negative or not finite), `damaged` (number of the line, rule it breaks), `unknown` (first word → lines).
+    negative or not a number), `damaged` (number of the line, rule it breaks), `unknown` (first word → lines).
     """
 
     lines: int

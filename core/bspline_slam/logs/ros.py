@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,38 +13,10 @@ from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import IndexedLog
 from bspline_slam.logs.messages import LASER_SCAN, Recording
 from bspline_slam.logs.peculiarities import beam_notes, moving_or_none, time_notes
-from bspline_slam.logs.ros_index import OdometrySample, RosIndex, Sweep, scan_of, stamps_or_recorded
-from bspline_slam.logs.transforms import Edge, FrameTree, planar, planar_mounting
-from bspline_slam.scan import LaserScan, Records, increasing_times, interpolate_poses
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class PosePath:
-    """Odometry or truth: poses in the order of recording, `times` increasing, `base` the frame that moves ("" if
-    unsaid)."""
-
-    source: str
-    base: str
-    stamps: Float[np.ndarray, "n"]
-    times: Float[np.ndarray, "n"]
-    poses: Float[np.ndarray, "n 3"]
-
-    @classmethod
-    def from_messages(cls, topic: str, samples: Sequence[OdometrySample]) -> PosePath:
-        """The path that the messages on an odometry topic tell."""
-        stamps = stamps_or_recorded([s.stamp for s in samples], [s.recorded for s in samples])
-        return cls(topic, samples[0].base, stamps, increasing_times(stamps), np.array([s.pose for s in samples]))
-
-    @classmethod
-    def from_edge(cls, base: str, edge: Edge) -> PosePath:
-        """The path of a moving frame."""
-        stamps = stamps_or_recorded(edge.stamps, edge.recorded)
-        poses = np.array([planar(transform) for transform in edge.transforms])
-        return cls(f"TF {edge.parent} → {base}", base, stamps, increasing_times(stamps), poses)
-
-    def at(self, times: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m 3"]:
-        """Poses at other times, held constant beyond the ends."""
-        return interpolate_poses(self.times, self.poses, times)
+from bspline_slam.logs.pose_path import PosePath
+from bspline_slam.logs.ros_index import RosIndex, Sweep, scan_of, stamps_or_recorded
+from bspline_slam.logs.transforms import FrameTree, planar_mounting
+from bspline_slam.scan import LaserScan, Records, increasing_times
 
 
 def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | None) -> IndexedLog:
@@ -57,9 +28,7 @@ def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | N
     times = increasing_times(stamps)
     odometry, odometry_notes = _odometry(found, sweeps[0].frame, times)
     mounting, upside_down, mounting_notes = _mounting(found.frames, sweeps[0].frame, odometry)
-    truth = next(
-        (PosePath.from_messages(name, found.odometry[name]) for name in sorted(found.odometry) if _is_truth(name)), None
-    )
+    truth = next((samples for name, samples in sorted(found.odometry.items()) if _is_truth(name)), None)
     payloads, decode = found.payloads, recording.decode
 
     def read_scan(index: int) -> LaserScan:
@@ -69,7 +38,7 @@ def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | N
     return IndexedLog.from_records(
         path=path,
         records=_records(stamps, times, odometry),
-        truth=None if truth is None else truth.at(times),
+        truth=None if truth is None else PosePath.from_messages("truth", truth).at(times),
         notes=(
             *recording.notes,
             *_topic_notes(found, laser, topic),
@@ -102,8 +71,9 @@ def _laser_topic(path: Path, found: RosIndex, recording: Recording, wanted: str 
         raise LogError(path, f"none of the {count} scans on {broken} can be used: {found.rules[broken]}")
     if announced:
         raise LogError(path, f"the log has no scan on {' or '.join(candidates)}")
-    kinds = ", ".join(sorted(set(recording.topics.values()))[:6]) or "no topic at all"
-    raise LogError(path, f"the log holds no sensor_msgs/LaserScan, only {kinds}")
+    kinds = sorted(set(recording.topics.values()))
+    only = f"only {', '.join(kinds[:6])}" if kinds else "and no other topic either"
+    raise LogError(path, ". ".join([f"the log holds no sensor_msgs/LaserScan, {only}", *recording.notes]))
 
 
 def _is_truth(topic: str) -> bool:
@@ -157,14 +127,23 @@ def _mounting(
 def _records(
     stamps: Float[np.ndarray, "scans"], times: Float[np.ndarray, "scans"], odometry: PosePath | None
 ) -> Records:
-    """Scans and odometry messages merged on their increasing axes; a scan gets the odometry interpolated to it."""
+    """Scans and odometry messages merged on their increasing axes; a scan gets the odometry interpolated to it.
+
+    An odometry message with the stamp of a scan is one record with it.
+    """
     if odometry is None:
         return Records(stamps, times, None, np.arange(len(stamps)))
-    order = np.argsort(np.concatenate([odometry.times, times]), kind="stable")
-    merged = np.concatenate([odometry.times, times])[order]
-    poses = np.concatenate([odometry.poses, odometry.at(times)])[order]
-    numbers = np.concatenate([np.full(len(odometry.times), -1), np.arange(len(times))])[order]
-    return Records(np.concatenate([odometry.stamps, stamps])[order], increasing_times(merged), poses, numbers)
+    alone = ~np.isin(odometry.stamps, stamps)
+    merged = np.concatenate([odometry.times[alone], times])
+    order = np.argsort(merged, kind="stable")
+    poses = np.concatenate([odometry.poses[alone], odometry.at(times)])
+    scan_of_record = np.concatenate([np.full(np.count_nonzero(alone), -1), np.arange(len(times))])
+    return Records(
+        np.concatenate([odometry.stamps[alone], stamps])[order],
+        increasing_times(merged[order]),
+        poses[order],
+        scan_of_record[order],
+    )
 
 
 def _topic_notes(found: RosIndex, laser: str, wanted: str | None) -> list[str]:
