@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rosbags.rosbag1.reader import decompressors
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
@@ -37,6 +37,7 @@ def open_ros1(path: Path, data: bytes | mmap.mmap, progress: Progress) -> Record
         version = bytes(data[len(BAG_MAGIC) : len(BAG_MAGIC) + 3]).decode("latin-1")
         raise LogError(path, f"the bag has format {version}, only 2.0 can be read; `rosbag fix` converts it")
     store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
     topics: dict[str, str] = {}
     notes: list[str] = []
     return Recording(_messages(data, topics, notes, progress), topics, store.deserialize_ros1, notes)

@@ -12,7 +12,7 @@ import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 LASER_SCAN, ODOMETRY, TRANSFORMS = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 
@@ -63,6 +63,8 @@ class Bag:
 
     def __post_init__(self) -> None:
         self.store = get_typestore(Stores.ROS1_NOETIC if self.kind == "bag" else Stores.ROS2_HUMBLE)
+        if self.kind == "bag":
+            self.store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
 
     def make(self, kind: str, **fields: Any) -> Any:
         return self.store.types[kind](**fields)
@@ -145,7 +147,8 @@ class Bag:
         self.messages.append((topic, TRANSFORMS, stamp, self.make(TRANSFORMS, transforms=[edge])))
 
     def drive(self, count: int = 10) -> None:
-        """Scans and odometry 0.1 s apart of a robot that drives straight on at 1 m/s."""
+        """Scans and odometry 0.1 s apart of a robot that drives straight on at 1 m/s, its laser 0.1 m ahead."""
+        self.transform(100.0, "base_link", "laser", (0.1, 0.0, 0.0), topic="/tf_static")
         for i in range(count):
             self.odometry(100 + 0.1 * i, (0.1 * i, 0.0, 0.0))
             self.scan(100 + 0.1 * i, recorded=100.02 + 0.1 * i)
