@@ -30,7 +30,8 @@ class Relation(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A spline that came into question: RMS distance along the normal (m) and the share of the piece's beams it explains."""
+    """A spline that came into question: RMS distance along the normal (m) and the share of the piece's beams it
+    explains."""
 
     spline: int
     distance: float
@@ -66,11 +67,14 @@ class Association:
 
 @dataclass(frozen=True, slots=True)
 class AssociationConfig:
-    """Gates (m): across the curve, along it beyond an end, cosine between normals; least sizes of pieces and of new splines.
+    """Gates (m): across the curve, along it beyond an end, cosine between normals; least sizes of pieces and of
+    new splines.
 
     New stretches of curve stay within `smooth` of their beam ends.
-    `extension` is how near to an end of its spline a piece must reach for the beams beyond it to lengthen that spline.
-    `join_gap` and `join_turn` bound the gap and the bend (rad) between two ends that one segment shows to be one curve.
+    `extension` is how near to an end of its spline a piece must reach for the beams beyond it to lengthen that
+    spline.
+    `join_gap` and `join_turn` bound the gap and the bend (rad) between two ends that one segment shows to be one
+    curve.
     """
 
     gate: float = 0.10
@@ -117,7 +121,8 @@ class Piece:
 
 
 def cut_into_pieces(seen: Explanation, config: AssociationConfig) -> list[Piece]:
-    """Cut one segment where the spline that explains it changes, the best explanation first; pieces in order, without gaps."""
+    """Cut one segment where the spline that explains it changes, the best explanation first; pieces in order,
+    without gaps."""
     pieces = list(_explain(seen, 0, len(seen.spline), config))
     pieces.sort(key=lambda piece: piece.a)
     merged: list[Piece] = []

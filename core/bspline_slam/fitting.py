@@ -1,4 +1,5 @@
-"""Curves from points: chord-length parameters (the paper), foot points (what minimises distance), and their covariance."""
+"""Curves from points: chord-length parameters (the paper), foot points (what minimises distance), and their
+covariance."""
 
 from __future__ import annotations
 
@@ -55,7 +56,7 @@ def beam_covariances(
     return along + np.einsum("m,mi,mj->mij", (bearing_noise * reach) ** 2, v, v)
 
 
-def second_differences(count: int) -> Float[np.ndarray, "n-2 n"]:
+def second_differences(count: int) -> Float[np.ndarray, "rows n"]:
     """Matrix of c_{i−1} − 2 c_i + c_{i+1}."""
     return np.diff(np.eye(count), n=2, axis=0)
 
@@ -100,7 +101,8 @@ def fit_parameters(
 
 
 def fit_foot_points(points: Float[np.ndarray, "m 2"], start: Fit, config: FittingConfig, iterations: int = 3) -> Fit:
-    """Foot points found again and refitted (Hoschek's intrinsic parametrisation), ends kept at the ends of the domain."""
+    """Foot points found again and refitted (Hoschek's intrinsic parametrisation), ends kept at the ends of the
+    domain."""
     found = start
     for _ in range(iterations):
         t = found.curve.foot_points(points)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -18,8 +18,10 @@ from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 class LoopConfig:
     """Which earlier places are tried (m travelled since, m apart), how far the search reaches, and what is believed.
 
-    The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted closure, at most to
-    `most_reach`. A closure found in a window wider than `sure_reach` waits until a second one, at most `confirm_travel` on,
+    The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted
+    closure, at most to
+    `most_reach`. A closure found in a window wider than `sure_reach` waits until a second one, at most
+    `confirm_travel` on,
     agrees with it within `agree_distance` and `agree_turn`.
     """
 
@@ -143,9 +145,9 @@ class LoopCloser:
     config: LoopConfig
     matching: MatchingConfig
     tracking: TrackingConfig
-    closures: list[LoopClosure]
-    accepted: list[Proposal]
-    waiting: list[Proposal]
+    closures: list[LoopClosure] = field(default_factory=list)
+    accepted: list[Proposal] = field(default_factory=list)
+    waiting: list[Proposal] = field(default_factory=list)
     closed_at: float = 0.0
 
     def look(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
@@ -169,7 +171,8 @@ class LoopCloser:
         return fresh
 
     def _confirm(self, proposal: Proposal, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
-        """The waiting proposals that agree with this one, and itself; else it starts to wait (pairwise consistency)."""
+        """The waiting proposals that agree with this one, and itself; else it starts to wait (pairwise
+        consistency)."""
         agreeing = [other for other in self.waiting if other.j != proposal.j and self._agree(other, proposal, poses)]
         if not agreeing:
             self.waiting.append(proposal)

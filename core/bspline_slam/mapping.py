@@ -7,13 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.association import (
     Association,
     AssociationConfig,
-    Candidate,
     Explanation,
     Piece,
     Relation,
@@ -50,14 +49,20 @@ def _sampled(spline: MapSpline) -> _Sampled:
 
 @dataclass
 class MapBuilder:
-    """State of the map: its splines, and which id lives on in which after joins (`heirs`)."""
+    """State of the map: its splines, and which id lives on in which after joins (`heirs`).
+
+    `inherited(scan, segment)` names the id that a spline started there should take again, −1 for a new one.
+    """
 
     config: AssociationConfig
     fitting: FittingConfig
-    fresh_id: Callable[[int, int], int] | None = None
+    inherited: Callable[[int, int], int] | None = None
+    first_id: int = 0
     heirs: dict[int, int] = field(default_factory=dict)
     _splines: dict[int, _Sampled] = field(default_factory=dict)
-    _next: int = 0
+
+    def __post_init__(self) -> None:
+        self.next_id = self.first_id
 
     # -- reading -----------------------------------------------------------------------------------------------
     @property
@@ -72,9 +77,7 @@ class MapBuilder:
         return spline
 
     # -- the step ----------------------------------------------------------------------------------------------
-    def add(
-        self, scan: int, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]
-    ) -> tuple[Association, ...]:
+    def add(self, scan: int, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]) -> tuple[Association, ...]:
         """Associate the segments of a key scan at its pose, and let the map grow by them."""
         if not segments:
             return ()
@@ -206,9 +209,10 @@ class MapBuilder:
     # -- growth ------------------------------------------------------------------------------------------------
     def _start(self, scan: int, segment: int, points: Float[np.ndarray, "m 2"]) -> int:
         curve = uniform_through(points, self.fitting)
-        inherited = self.fresh_id(scan, segment) if self.fresh_id else -1
-        new = inherited if inherited >= 0 and inherited not in self._splines else self._next
-        self._next = max(self._next, new + 1)
+        inherited = self.inherited(scan, segment) if self.inherited else -1
+        taken = inherited in self._splines or inherited in self.heirs
+        new = self.next_id if inherited < 0 or taken else inherited
+        self.next_id = max(self.next_id, new + 1)
         length = float(cumulated_chords(points)[-1])
         self._splines[new] = _sampled(
             MapSpline(new, curve, (0.0, length), scan, 0, (f"started by scan {scan}, {length:.2f} m",))

@@ -1,4 +1,5 @@
-"""Odometry made usable: its bias is learnt from the matched steps, and its noise from what the bias does not explain."""
+"""Odometry made usable: its bias is learnt from the matched steps, and its noise from what the bias does not
+explain."""
 
 from __future__ import annotations
 

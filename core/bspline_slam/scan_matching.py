@@ -151,7 +151,8 @@ def refine(
     prior_information: Float[np.ndarray, "3 3"] = NO_PRIOR,
     gates: tuple[float, ...] | None = None,
 ) -> Match:
-    """Point-to-line Gauss–Newton from `guess` (Cauchy kernel), held by a Gaussian prior where the walls leave it free."""
+    """Point-to-line Gauss–Newton from `guess` (Cauchy kernel), held by a Gaussian prior where the walls leave it
+    free."""
     pose, information, inliers, rms = kernels.refine(
         scan.points, scan.normals, target.points, target.normals, target.start, target.order, target.origin,
         target.shape, target.bucket, guess, guess if prior is None else prior, prior_information, config.sigma,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from enum import Enum
 
@@ -67,7 +68,7 @@ def segment_scan(scan: LaserScan, config: SegmentationConfig = SegmentationConfi
     corners = corner_points(points, jumps, config)
     cuts = np.concatenate([[0], np.flatnonzero(jumps | corners) + 1, [len(beams)]])
     segments = []
-    for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+    for a, b in itertools.pairwise(cuts.tolist()):
         if b - a < config.least_points:
             continue
         start = _end_kind(scan, beams, corners, inside=a, outside=a - 1)

@@ -2,16 +2,50 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.association import Association
-from bspline_slam.backends.protocol import Estimate
-from bspline_slam.loop_closure import LoopClosure
-from bspline_slam.segmentation import ScanSegment
+from bspline_slam import se2
+from bspline_slam.adjustment import AdjustmentConfig, KeyObservations, adjust_splines
+from bspline_slam.association import Association, AssociationConfig
+from bspline_slam.backends import Stopping, back_end
+from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
+from bspline_slam.errors import Cancelled, LogError, SolverError
+from bspline_slam.fitting import FittingConfig
+from bspline_slam.graph import Graph, PoseFactor, PosePrior
+from bspline_slam.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
+from bspline_slam.mapping import MapBuilder
+from bspline_slam.motion import MotionConfig
+from bspline_slam.scan import LaserScan, ScanLog
+from bspline_slam.scan_matching import MatchingConfig
+from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
 from bspline_slam.spline_map import SplineMap
+from bspline_slam.tracking import Tracker, TrackingConfig
+
+
+@dataclass(frozen=True, slots=True)
+class SlamConfig:
+    """Everything that can be tuned, stage by stage; the defaults serve every log.
+
+    `back_end` solves the adjustment. Splines seen by fewer than `least_observations` key scans leave the finished
+    map. The map is built anew when a loop closure has moved a key scan by more than `rebuild_move` (m).
+    """
+
+    back_end: str = "direct"
+    segmentation: SegmentationConfig = SegmentationConfig()
+    matching: MatchingConfig = MatchingConfig()
+    motion: MotionConfig = MotionConfig()
+    tracking: TrackingConfig = TrackingConfig()
+    association: AssociationConfig = AssociationConfig()
+    fitting: FittingConfig = FittingConfig()
+    loops: LoopConfig = LoopConfig()
+    adjustment: AdjustmentConfig = AdjustmentConfig()
+    least_observations: int = 2
+    rebuild_move: float = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -19,9 +53,8 @@ class SlamStep:
     """What was done with one scan.
 
     `predicted` is the pose before the scan was looked at, `pose` after (world frame). `key` says whether the scan
-    entered the map; only key scans
-    carry segments, associations and loop closures. `score` (0…1) is the matcher's correlation and `lost` that it
-    was too low to be believed.
+    entered the map; only key scans carry segments, associations and loop closures. `score` (0…1) is the matcher's
+    correlation and `lost` that it was too low to be believed.
     """
 
     scan: int
@@ -39,8 +72,9 @@ class SlamStep:
 class Snapshot:
     """The whole estimate at one moment: poses of the scans read so far, the map, and the decisions behind it.
 
-    `poses[i]` is the pose of scan i (world frame); `steps` holds the latest SlamStep of each *key* scan, with
-    poses as estimated now.
+    `poses[i]` is the pose of scan i (world frame); `steps` holds the latest SlamStep of each *key* scan, with poses
+    as estimated now, and `observations` the same as the adjustment reads them. `pose_factors` tie key scans by
+    odometry, matching and loop closures.
     """
 
     poses: Float[np.ndarray, "scans 3"]
@@ -49,3 +83,261 @@ class Snapshot:
     map: SplineMap
     loop_closures: tuple[LoopClosure, ...]
     estimate: Estimate | None = None
+    observations: tuple[KeyObservations, ...] = ()
+    pose_factors: tuple[PoseFactor, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SlamResult:
+    """A finished run: the estimate, and wall seconds by stage."""
+
+    snapshot: Snapshot
+    seconds: dict[str, float]
+
+
+StageProgress = Callable[[str, float, IterationRecord | None], None]
+
+
+def quiet(stage: str, fraction: float, record: IterationRecord | None) -> None:
+    """Progress that nobody watches."""
+
+
+@dataclass
+class Slam:
+    """B-spline SLAM over a log. State: the tracker, the loop closer, the map builder, and the decisions so far."""
+
+    log: ScanLog
+    config: SlamConfig = field(default_factory=SlamConfig)
+    cancelled: Cancelling = never
+    _tracker: Tracker = field(init=False)
+    _closer: LoopCloser = field(init=False)
+    _builder: MapBuilder = field(init=False)
+    _steps: list[SlamStep] = field(default_factory=list)
+    _observations: list[KeyObservations] = field(default_factory=list)
+    _estimate: Estimate | None = None
+    _solved_with: int = 0
+
+    def __post_init__(self) -> None:
+        c = self.config
+        self._tracker = Tracker(c.tracking, c.matching, c.segmentation, c.motion)
+        self._closer = LoopCloser(c.loops, c.matching, c.tracking)
+        self._builder = MapBuilder(c.association, c.fitting)
+
+    def steps(self) -> Iterator[SlamStep]:
+        """Process the log in its order, one step per scan. Raises Cancelled between scans."""
+        if len(self.log) == 0:
+            raise LogError(self.log.path, "it holds no laser scan, so there is nothing to map")
+        odometry = self.log.odometry
+        for scan in self.log:
+            if self.cancelled():
+                raise Cancelled(f"cancelled at scan {scan.index}")
+            yield self.process(scan, None if odometry is None else odometry[scan.index])
+
+    def process(self, scan: LaserScan, odometry: Float[np.ndarray, "3"] | None) -> SlamStep:
+        """One scan: track it; if it is a key scan, close loops, cut it into segments, associate them, grow the
+        map."""
+        tracked = self._tracker.track(scan, odometry)
+        if not tracked.key:
+            return SlamStep(scan.index, tracked.predicted, tracked.pose, False, tracked.lost, tracked.score)
+        closures = self._close_loops()
+        segments = segment_scan(scan, self.config.segmentation)
+        pose = self._tracker.key_poses[-1]
+        associations = () if tracked.lost else self._builder.add(scan.index, pose, segments)
+        step = SlamStep(
+            scan.index, tracked.predicted, pose, True, tracked.lost, tracked.score, segments, associations, closures
+        )
+        self._steps.append(step)
+        beams = int(np.count_nonzero(scan.valid))
+        self._observations.append(
+            KeyObservations(scan.index, segments, associations, beams, scan.pose_robot_sensor[:2])
+        )
+        return step
+
+    def snapshot(self) -> Snapshot:
+        """The estimate as it stands."""
+        return self._snapshot(self._builder.map)
+
+    def finish(self, progress: StageProgress = quiet, cancelled: Cancelling = never) -> Snapshot:
+        """Solve the pose graph, build the map anew at its poses, adjust everything, and once more. Raises
+        Cancelled."""
+        progress("pose graph", 0.0, None)
+        self._relax()
+        self._rebuild()
+        _, estimate = self._adjusted(lambda f, r: progress("adjustment 1 of 2", f, r), cancelled)
+        self._tracker.move(estimate.poses)
+        self._rebuild()
+        splines, estimate = self._adjusted(lambda f, r: progress("adjustment 2 of 2", f, r), cancelled)
+        self._tracker.move(estimate.poses)
+        self._estimate = estimate
+        progress("done", 1.0, None)
+        return self._snapshot(splines)
+
+    # -- steps of `process` and `finish` -----------------------------------------------------------------------
+    def _close_loops(self) -> tuple[LoopClosure, ...]:
+        """Compare the new key scan with earlier places; relax the pose graph when closures say that it should
+        move."""
+        keys, poses = self._tracker.keys, np.array(self._tracker.key_poses)
+        before = len(self._closer.closures)
+        fresh = self._closer.look(keys, poses)
+        self._solved_with += len(fresh)
+        if fresh and (self._disagree(fresh, poses) or self._solved_with > 20):
+            self._relax()
+            moved = np.array(self._tracker.key_poses[:-1])[:, :2] - poses[:-1, :2]
+            if np.abs(moved).max(initial=0.0) > self.config.rebuild_move:
+                self._rebuild()
+        return tuple(self._closer.closures[before:])
+
+    def _disagree(self, fresh: Sequence[Proposal], poses: Float[np.ndarray, "n 3"]) -> bool:
+        """Whether a closure lies off the present estimate by more than the map's own tolerance."""
+        for p in fresh:
+            off = se2.between(p.closure.measured, se2.between(poses[p.i], poses[p.j]))
+            if np.hypot(off[0], off[1]) > self.config.rebuild_move or p.reach > self.config.loops.sure_reach:
+                return True
+        return False
+
+    def _relax(self) -> None:
+        """The pose graph solved with all factors so far."""
+        if len(self._tracker.keys) < 2:
+            return
+        self._solved_with = 0
+        poses = np.array(self._tracker.key_poses)
+        graph = Graph(
+            key_scans=np.array([key.scan for key in self._tracker.keys], dtype=np.int64),
+            poses=poses,
+            spline_ids=np.zeros(0, dtype=np.int64),
+            spline_first=np.zeros(1, dtype=np.int64),
+            control_points=np.zeros((0, 2)),
+            pose_factors=self._pose_factors(),
+            pose_priors=(PosePrior(0, poses[0], np.eye(3) / self.config.adjustment.anchor),),
+        )
+        self._tracker.move(back_end("pose_graph", Stopping(1e-5, 1e-4, 20)).solve(graph).poses)
+
+    def _pose_factors(self) -> tuple[PoseFactor, ...]:
+        loops = (proposal.factor(self.config.loops) for proposal in self._closer.accepted)
+        return (*self._tracker.factors, *loops)
+
+    def _rebuild(self) -> None:
+        """The map built anew at the present poses; splines keep the ids of those that the same segments began."""
+        inherited: dict[tuple[int, int], int] = {}
+        for step in self._steps:
+            for association in step.associations:
+                if association.spline is not None:
+                    inherited.setdefault((step.scan, association.segment), self._builder.heir(association.spline))
+        builder = MapBuilder(
+            self.config.association,
+            self.config.fitting,
+            lambda scan, segment: inherited.get((scan, segment), -1),
+            first_id=self._builder.next_id,
+        )
+        for k, step in enumerate(self._steps):
+            pose = self._tracker.key_poses[k]
+            associations = () if step.lost else builder.add(step.scan, pose, step.segments)
+            self._steps[k] = replace(step, associations=associations, pose=pose)
+            self._observations[k] = replace(self._observations[k], associations=associations)
+        self._builder = builder
+
+    def _adjusted(
+        self, progress: Callable[[float, IterationRecord | None], None], cancelled: Cancelling
+    ) -> tuple[SplineMap, Estimate]:
+        c = self.config
+        return adjust_splines(
+            self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
+            c.adjustment, c.fitting, c.back_end, progress, cancelled,
+        )  # fmt: skip
+
+    def _worthy_map(self) -> SplineMap:
+        """The splines that enough key scans saw; all of them where the log has only a few key scans."""
+        least = min(self.config.least_observations, len(self._steps))
+        return SplineMap(tuple(s for s in self._builder.map if s.observations >= least))
+
+    def _current_observations(self) -> tuple[KeyObservations, ...]:
+        """The decisions, with the ids that splines have after joins."""
+        return tuple(
+            replace(key, associations=tuple(map(self._renamed, key.associations))) for key in self._observations
+        )
+
+    def _renamed(self, association: Association) -> Association:
+        if association.spline is None:
+            return association
+        heir = self._builder.heir(association.spline)
+        return association if heir == association.spline else replace(association, spline=heir)
+
+    def _snapshot(self, splines: SplineMap) -> Snapshot:
+        observations = self._current_observations()
+        steps = tuple(
+            replace(step, pose=pose, associations=key.associations)
+            for step, pose, key in zip(self._steps, self._tracker.key_poses, observations, strict=False)
+        )
+        return Snapshot(
+            poses=self._tracker.poses,
+            key_scans=np.array([step.scan for step in steps], dtype=np.int64),
+            steps=steps,
+            map=splines,
+            loop_closures=tuple(self._closer.closures),
+            estimate=self._estimate,
+            observations=observations,
+            pose_factors=self._pose_factors(),
+        )
+
+
+def run_slam(
+    log: ScanLog, config: SlamConfig | None = None, *, progress: StageProgress = quiet, cancelled: Cancelling = never
+) -> SlamResult:
+    """The whole log, front end and adjustment. Raises Cancelled, LogError, SolverError."""
+    config = config or SlamConfig()
+    slam = Slam(log, config, cancelled)
+    seconds: dict[str, float] = {}
+    started = perf_counter()
+    for step in slam.steps():
+        progress("scans", (step.scan + 1) / len(log), None)
+    seconds["scans"] = perf_counter() - started
+    started = perf_counter()
+    snapshot = slam.finish(progress, cancelled)
+    seconds["adjustment"] = perf_counter() - started
+    return SlamResult(snapshot, seconds)
+
+
+def adjust(
+    log: ScanLog,
+    snapshot: Snapshot,
+    config: SlamConfig,
+    name: str,
+    progress: StageProgress = quiet,
+    cancelled: Cancelling = never,
+) -> Snapshot:
+    """The snapshot adjusted again by the back end `name`: key poses and map move, all other scans follow. Raises
+    Cancelled."""
+    if len(snapshot.steps) == 0:
+        raise SolverError(f"{log.name}: there is no key scan yet, so there is nothing to optimise")
+    before = np.array([step.pose for step in snapshot.steps])
+    splines, estimate = adjust_splines(
+        snapshot.observations, before, snapshot.map, snapshot.pose_factors, config.adjustment, config.fitting, name,
+        lambda fraction, record: progress("adjustment", fraction, record), cancelled,
+    )  # fmt: skip
+    steps = tuple(replace(step, pose=pose) for step, pose in zip(snapshot.steps, estimate.poses, strict=True))
+    poses = carried_along(snapshot.poses, snapshot.key_scans, before, estimate.poses)
+    return replace(snapshot, poses=poses, steps=steps, map=splines, estimate=estimate)
+
+
+def carried_along(
+    poses: Float[np.ndarray, "scans 3"],
+    key_scans: Int[np.ndarray, "n"],
+    before: Float[np.ndarray, "n 3"],
+    after: Float[np.ndarray, "n 3"],
+) -> Float[np.ndarray, "scans 3"]:
+    """Poses of all scans after their key scans moved: each keeps its pose relative to the last key scan before it."""
+    anchor = np.clip(np.searchsorted(key_scans, np.arange(len(poses)), side="right") - 1, 0, None)
+    return se2.compose(after[anchor], se2.between(before[anchor], poses))
+
+
+def marginals(
+    snapshot: Snapshot, name: str = "direct", poses: Sequence[int] = (), splines: Sequence[int] = ()
+) -> Marginals:
+    """Marginal covariances of key poses (by position among the key scans) and of splines (by id), world frame.
+
+    Raises SolverError before the first adjustment.
+    """
+    if snapshot.estimate is None:
+        raise SolverError("covariances come with an adjustment: optimise first")
+    known = {int(k) for k in snapshot.estimate.graph.spline_ids}
+    return back_end(name).covariances(snapshot.estimate, poses=poses, splines=[s for s in splines if s in known])

@@ -1,4 +1,5 @@
-"""Where each scan lies relative to the last key scans: predict, search, refine, and decide whether it becomes a key scan."""
+"""Where each scan lies relative to the last key scans: predict, search, refine, and decide whether it becomes a
+key scan."""
 
 from __future__ import annotations
 
@@ -36,8 +37,8 @@ class TrackingConfig:
     matches share their errors.
     """
 
-    distance: float = 0.3
-    turn: float = np.deg2rad(12.0)
+    distance: float = 0.5
+    turn: float = np.deg2rad(20.0)
     local_scans: int = 12
     still_distance: float = 0.01
     still_turn: float = np.deg2rad(0.3)
@@ -60,7 +61,8 @@ class KeyScan:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tracked:
-    """What tracking says of one scan: pose before and after looking at it, its correlation, and whether it is a key scan."""
+    """What tracking says of one scan: pose before and after looking at it, its correlation, and whether it is a
+    key scan."""
 
     predicted: Float[np.ndarray, "3"]
     pose: Float[np.ndarray, "3"]
@@ -153,9 +155,7 @@ class Tracker:
         moved = se2.between(self.key_poses[-1], pose)
         return bool(np.hypot(moved[0], moved[1]) > self.config.distance or abs(moved[2]) > self.config.turn)
 
-    def _doubtful(
-        self, match: Match, predicted: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]
-    ) -> bool:
+    def _doubtful(self, match: Match, predicted: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]) -> bool:
         """Whether a match without search lies too far from its prediction, or too few beams support it."""
         off = se2.between(predicted, match.pose)
         surprise = float(off @ step_information(step, self.motion) @ off)
@@ -210,9 +210,11 @@ class Tracker:
         if self.keys:
             moved = se2.between(self.key_poses[-1], pose)
             travel = self.keys[-1].travel + float(np.hypot(moved[0], moved[1]))
-            self.factors.append(self._factor(moved, odometry, match))
-            if match is not None and odometry is not None and self._key_odometry is not None:
+            wheels = None
+            if odometry is not None and self._key_odometry is not None:
                 wheels = se2.between(self._key_odometry, odometry)
+            self.factors.extend(self._factors(moved, wheels, match))
+            if match is not None and wheels is not None:
                 self.calibration = self.calibration.learned(wheels, moved, self.motion)
         self.keys.append(KeyScan(scan.index, points, travel))
         self.key_poses.append(pose)
@@ -220,15 +222,20 @@ class Tracker:
         self._key_odometry = odometry
         self._target = None
 
-    def _factor(
-        self, moved: Float[np.ndarray, "3"], odometry: Float[np.ndarray, "3"] | None, match: Match | None
-    ) -> PoseFactor:
+    def _factors(
+        self, moved: Float[np.ndarray, "3"], wheels: Float[np.ndarray, "3"] | None, match: Match | None
+    ) -> list[PoseFactor]:
+        """What wheels and beams each say about the step from the last key scan; a bare guess where neither speaks."""
         i, j = len(self.keys) - 1, len(self.keys)
-        information = step_information(moved, self.motion)
+        out = []
+        if wheels is not None or match is None:
+            step = moved if wheels is None else self.calibration.corrected(wheels, self.motion)
+            root = np.linalg.cholesky(step_information(step, self.motion)).T
+            out.append(PoseFactor(i, j, step, root, "odometry"))
         if match is not None:
-            information = information + matched_information(match, self.config)
-        kind = "odometry" if match is None else "matching"
-        return PoseFactor(i, j, moved, np.linalg.cholesky(information).T, kind)
+            root = np.linalg.cholesky(matched_information(match, self.config)).T
+            out.append(PoseFactor(i, j, moved, root, "matching"))
+        return out
 
 
 def matched_information(match: Match, config: TrackingConfig) -> Float[np.ndarray, "3 3"]:

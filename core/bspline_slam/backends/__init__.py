@@ -5,18 +5,19 @@ from __future__ import annotations
 from importlib import import_module
 
 from bspline_slam.backends.control_points import solve_control_points
+from bspline_slam.backends.gauss_newton import Stopping
 from bspline_slam.backends.protocol import BackEnd
 from bspline_slam.errors import ConfigError
 
-__all__ = ["BACK_ENDS", "back_end", "solve_control_points"]
+__all__ = ["BACK_ENDS", "Stopping", "back_end", "solve_control_points"]
 
 _CLASSES = {"direct": "Direct", "sam": "Sam", "pose_graph": "PoseGraph"}
 BACK_ENDS = tuple(_CLASSES)
 """Names of all back ends, the default first."""
 
 
-def back_end(name: str) -> BackEnd:
+def back_end(name: str, stopping: Stopping | None = None) -> BackEnd:
     """The back end of this name; its module is imported only now, for gtsam takes its time to load."""
     if name not in _CLASSES:
         raise ConfigError(f'there is no back end "{name}": choose one of {", ".join(BACK_ENDS)}')
-    return getattr(import_module(f"bspline_slam.backends.{name}"), _CLASSES[name])()
+    return getattr(import_module(f"bspline_slam.backends.{name}"), _CLASSES[name])(stopping)

@@ -1,0 +1,335 @@
+"""Spline adjustment: the graph derived from decisions, solved, with new foot points each round, until nothing
+moves."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from bspline_slam import se2
+from bspline_slam.association import Association
+from bspline_slam.backends import Stopping, back_end, solve_control_points
+from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
+from bspline_slam.bspline import BSpline
+from bspline_slam.errors import Cancelled, ConfigError
+from bspline_slam.fitting import FittingConfig, chord_length_parameters
+from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
+from bspline_slam.kernels import curves as kernels
+from bspline_slam.observation import ChordLengthNoise, Model, across_sigma, chord_length
+from bspline_slam.segmentation import ScanSegment
+from bspline_slam.spline_map import MapSpline, SplineMap
+
+
+@dataclass(frozen=True, slots=True)
+class AdjustmentConfig:
+    """Rounds of foot points, the gate of each (m), and what keeps free directions in place.
+
+    Beams count by a Cauchy weight of scale `cauchy` standard deviations. `bend` is the standard deviation (m) of
+    second
+    differences of control points, `slide` that of a control point along its curve as its spline's best observer sees
+    it: nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first pose (m, rad).
+    `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak through the
+    splines.
+    """
+
+    model: Model = "normal-distance"
+    gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
+    cauchy: float = 2.0
+    bend: float = 0.5
+    slide: float = 0.05
+    anchor: float = 1e-5
+    explained_weight: float = 0.02
+    chord_length_noise: ChordLengthNoise = ChordLengthNoise()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sights:
+    """Every beam that an association gives to a spline, sorted by spline and then by piece.
+
+    `pose` and `spline` are positions among the key scans and in the map; `piece` numbers the associations. Points,
+    directions (robot frame) and ranges are per beam.
+    """
+
+    spline: Int[np.ndarray, "m"]
+    pose: Int[np.ndarray, "m"]
+    piece: Int[np.ndarray, "m"]
+    points: Float[np.ndarray, "m 2"]
+    directions: Float[np.ndarray, "m 2"]
+    ranges: Float[np.ndarray, "m"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KeyObservations:
+    """One key scan as adjustment sees it: its segments, its decisions, how many beams came back, where the sensor
+    sits."""
+
+    scan: int
+    segments: tuple[ScanSegment, ...]
+    associations: tuple[Association, ...]
+    beams: int
+    sensor: Float[np.ndarray, "2"]
+
+
+def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sights:
+    """The beams of all associations whose spline is in the map."""
+    place = {spline.id: k for k, spline in enumerate(splines)}
+    rows: list[tuple[int, int, Float[np.ndarray, "m 2"], Float[np.ndarray, "2"]]] = []
+    for pose, key in enumerate(keys):
+        by_index = {segment.index: segment for segment in key.segments}
+        for association in key.associations:
+            if association.spline is None or association.spline not in place:
+                continue
+            segment = by_index[association.segment]
+            inside = (segment.beams >= association.first) & (segment.beams <= association.last)
+            rows.append((place[association.spline], pose, segment.points[inside], key.sensor))
+    rows.sort(key=lambda row: row[0])
+    if not rows:
+        empty = np.zeros(0, dtype=np.int64)
+        return Sights(empty, empty, empty, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    counts = [len(points) for _, _, points, _ in rows]
+    points = np.concatenate([points for _, _, points, _ in rows])
+    rays = points - np.repeat(np.array([sensor for *_, sensor in rows]), counts, axis=0)
+    ranges = np.linalg.norm(rays, axis=1)
+    return Sights(
+        np.repeat([spline for spline, *_ in rows], counts),
+        np.repeat([pose for _, pose, *_ in rows], counts),
+        np.repeat(np.arange(len(rows)), counts),
+        points,
+        rays / np.maximum(ranges, 1e-9)[:, None],
+        ranges,
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Feet:
+    """For each beam its foot on its spline: parameter, basis, curve normal (world), distance across, and whether
+    it counts."""
+
+    t: Float[np.ndarray, "m"]
+    first: Int[np.ndarray, "m"]
+    basis: Float[np.ndarray, "m k"]
+    normals: Float[np.ndarray, "m 2"]
+    across: Float[np.ndarray, "m"]
+    counts: Bool[np.ndarray, "m"]
+
+
+def find_feet(sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"], gate: float) -> Feet:
+    """Foot points of all beams on their splines; a beam counts when it lies within the gate, inside the supported
+    stretch,
+    and in front of the curve."""
+    m = len(sights.points)
+    degree = splines.splines[0].curve.degree if len(splines) else 3
+    t, across = np.zeros(m), np.zeros(m)
+    first, basis, normals = np.zeros(m, np.int64), np.zeros((m, degree + 1)), np.zeros((m, 2))
+    beyond = np.zeros(m)
+    world = se2.transform(poses[sights.pose], sights.points)
+    cuts = np.searchsorted(sights.spline, np.arange(len(splines) + 1))
+    for k, spline in enumerate(splines):
+        a, b = cuts[k], cuts[k + 1]
+        if a == b:
+            continue
+        curve, (low, high) = spline.curve, spline.span
+        sample_t, samples = curve.sample(0.1, spline.span)
+        t[a:b], first[a:b], basis[a:b], normals[a:b] = kernels.feet(
+            curve.knots, degree, curve.control_points, sample_t, samples, world[a:b], low, high
+        )
+        index = first[a:b, None] + np.arange(degree + 1)
+        off = world[a:b] - np.einsum("mk,mkd->md", basis[a:b], curve.control_points[index])
+        across[a:b] = (off * normals[a:b]).sum(1)
+        beyond[a:b] = np.abs(off[:, 0] * normals[a:b, 1] - off[:, 1] * normals[a:b, 0])
+    towards = se2.rotate(poses[sights.pose], -sights.directions)
+    facing = (towards * normals).sum(1) > 0.05
+    return Feet(t, first, basis, normals, across, (np.abs(across) < gate) & (beyond < 0.05) & facing)
+
+
+def build_graph(
+    keys: Sequence[KeyObservations],
+    poses: Float[np.ndarray, "n 3"],
+    splines: SplineMap,
+    factors: Sequence[PoseFactor],
+    sights: Sights,
+    config: AdjustmentConfig,
+    fitting: FittingConfig,
+    gate: float,
+) -> Graph:
+    """The least-squares problem at this linearisation of the foot points; splines that no beam reaches are not in
+    it."""
+    feet = find_feet(sights, splines, poses, gate)
+    seen = np.unique(sights.spline[feet.counts])
+    kept = [splines.splines[k] for k in seen]
+    place = np.full(len(splines), -1)
+    place[seen] = np.arange(len(seen))
+    counts = np.array([len(spline.curve.control_points) for spline in kept], dtype=np.int64)
+    spline_first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    control_points = np.concatenate([s.curve.control_points for s in kept]) if kept else np.zeros((0, 2))
+    observed = list(_observations(sights, feet, splines, poses, place, spline_first, config, fitting))
+    return Graph(
+        key_scans=np.array([key.scan for key in keys], dtype=np.int64),
+        poses=poses,
+        spline_ids=np.array([spline.id for spline in kept], dtype=np.int64),
+        spline_first=spline_first,
+        control_points=control_points,
+        spline_factors=(*observed, *_slides(sights, feet, kept, poses, place, spline_first, config)),
+        pose_factors=_remaining_factors(factors, keys, sights, feet, config),
+        pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
+        shape_priors=tuple(_bends(spline_first, config)),
+    )
+
+
+def _observations(
+    sights: Sights,
+    feet: Feet,
+    splines: SplineMap,
+    poses: Float[np.ndarray, "n 3"],
+    place: Int[np.ndarray, "s"],
+    spline_first: Int[np.ndarray, "s1"],
+    config: AdjustmentConfig,
+    fitting: FittingConfig,
+) -> Iterator[SplineFactor]:
+    """One spline factor per association, by the chosen model."""
+    kept = np.flatnonzero(feet.counts)
+    normals = se2.rotate(_turned_back(poses[sights.pose[kept]]), feet.normals[kept])
+    sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], fitting)
+    scaled = feet.across[kept] / sigma
+    weight = 1.0 / (sigma * np.sqrt(1.0 + np.square(scaled / config.cauchy)))
+    right = (normals * sights.points[kept]).sum(1)
+    cuts = np.flatnonzero(np.diff(sights.piece[kept], prepend=-1, append=-1))
+    for a, b in itertools.pairwise(cuts):
+        at = kept[a]
+        spline, pose = int(sights.spline[at]), int(sights.pose[at])
+        offset = int(spline_first[place[spline]])
+        if config.model == "normal-distance":
+            first, A, rhs, constant = kernels.compressed_rows(
+                feet.first[kept[a:b]], feet.basis[kept[a:b]], normals[a:b], right[a:b], weight[a:b]
+            )
+            yield SplineFactor(pose, offset + int(first), A, rhs, int(b - a), float(constant))
+        elif b - a >= 4:
+            t = _chord_length_parameters(feet.t[kept[a:b]], sights.points[kept[a:b]])
+            curve = splines.splines[spline].curve
+            one = chord_length(curve, t, sights.points[kept[a:b]], fitting, config.chord_length_noise)
+            yield SplineFactor(pose, offset + one.first, one.A, one.b, one.readings, one.constant)
+
+
+def _chord_length_parameters(t: Float[np.ndarray, "m"], points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
+    """Parameters between the first and the last foot by the share of chord length (paper, section 4.2)."""
+    return t[0] + (t[-1] - t[0]) * chord_length_parameters(points)
+
+
+def _turned_back(poses: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m 3"]:
+    return np.concatenate([np.zeros((len(poses), 2)), -poses[:, 2:]], axis=1)
+
+
+def _slides(
+    sights: Sights,
+    feet: Feet,
+    kept: Sequence[MapSpline],
+    poses: Float[np.ndarray, "n 3"],
+    place: Int[np.ndarray, "s"],
+    spline_first: Int[np.ndarray, "s1"],
+    config: AdjustmentConfig,
+) -> Iterator[SplineFactor]:
+    """Hold each control point along its curve, relative to the pose that saw most of the spline: a gauge, not a
+    measurement."""
+    seen, owner = sights.pose[feet.counts], place[sights.spline[feet.counts]]
+    cuts = np.searchsorted(owner, np.arange(len(kept) + 1))
+    for k, spline in enumerate(kept):
+        pose = int(np.bincount(seen[cuts[k] : cuts[k + 1]]).argmax())
+        tangents = se2.rotate(_turned_back(poses[pose][None])[0], greville_tangents(spline.curve))
+        local = se2.transform(se2.inverse(poses[pose]), spline.curve.control_points)
+        for i, (tangent, q) in enumerate(zip(tangents, local, strict=True)):
+            row = tangent[None] / config.slide
+            yield SplineFactor(pose, int(spline_first[k]) + i, row, row @ q)
+
+
+def greville_tangents(curve: BSpline) -> Float[np.ndarray, "n 2"]:
+    """Unit tangents of the curve at the Greville abscissae of its control points."""
+    index = np.arange(len(curve.control_points))[:, None] + np.arange(1, curve.degree + 1)
+    tangent = curve(np.clip(curve.knots[index].mean(1), *curve.domain), 1)
+    return tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+
+
+def _bends(spline_first: Int[np.ndarray, "s1"], config: AdjustmentConfig) -> Iterator[ShapePrior]:
+    row = np.kron(np.array([[1.0, -2.0, 1.0]]), np.eye(2)) / config.bend
+    for a, b in itertools.pairwise(spline_first):
+        for first in range(int(a), int(b) - 2):
+            yield ShapePrior(first, row, np.zeros(2))
+
+
+def _remaining_factors(
+    factors: Sequence[PoseFactor],
+    keys: Sequence[KeyObservations],
+    sights: Sights,
+    feet: Feet,
+    config: AdjustmentConfig,
+) -> tuple[PoseFactor, ...]:
+    """Odometry as it is; scan matching and loop closures by the share of beams that no spline speaks for."""
+    spoken = np.bincount(sights.pose[feet.counts], minlength=len(keys))
+    beams = np.array([max(key.beams, 1) for key in keys])
+    weight = np.clip(1.0 - spoken / beams, config.explained_weight, 1.0)
+    return tuple(
+        factor
+        if factor.kind == "odometry"
+        else replace(factor, sqrt_information=factor.sqrt_information * np.sqrt(weight[factor.j]))
+        for factor in factors
+    )
+
+
+def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
+    """The map with the control points of an estimate; splines that were not in the graph are gone."""
+    graph = estimate.graph
+    by_id = {spline.id: spline for spline in splines}
+    out = []
+    for k, spline_id in enumerate(graph.spline_ids):
+        spline = by_id[int(spline_id)]
+        a, b = graph.spline_first[k], graph.spline_first[k + 1]
+        out.append(replace(spline, curve=spline.curve.with_control_points(estimate.control_points[a:b])))
+    return SplineMap(tuple(out))
+
+
+ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
+"""Rounds before the last find new foot points anyway."""
+
+RoundProgress = Callable[[float, IterationRecord | None], None]
+
+
+def adjust_splines(
+    keys: Sequence[KeyObservations],
+    poses: Float[np.ndarray, "n 3"],
+    splines: SplineMap,
+    factors: Sequence[PoseFactor],
+    config: AdjustmentConfig,
+    fitting: FittingConfig,
+    name: str,
+    progress: RoundProgress,
+    cancelled: Cancelling = never,
+) -> tuple[SplineMap, Estimate]:
+    """Solve, find new foot points, solve again: the adjusted map and the estimate of the last round.
+
+    The estimate's iterations run over all rounds. Raises Cancelled; ConfigError for an unknown model or back end.
+    """
+    if config.model not in ("normal-distance", "chord-length"):
+        raise ConfigError(f'there is no model "{config.model}": choose normal-distance or chord-length')
+    records: list[IterationRecord] = []
+    estimate: Estimate | None = None
+    for number, gate in enumerate(config.gates):
+        if cancelled():
+            raise Cancelled("the adjustment was cancelled")
+        sights = collect_sights(keys, splines)
+        graph = build_graph(keys, poses, splines, factors, sights, config, fitting, gate)
+        if number == 0 and len(graph.control_points):
+            graph = replace(graph, control_points=solve_control_points(graph, poses))
+
+        def note(record: IterationRecord, number: int = number) -> None:
+            records.append(replace(record, index=len(records)))
+            progress((number + min(record.index, 5) / 6) / len(config.gates), records[-1])
+
+        last = number + 1 == len(config.gates)
+        solver = back_end(name) if last else back_end(name, ROUGHLY)
+        estimate = solver.solve(graph, progress=note, cancelled=cancelled)
+        poses, splines = estimate.poses, with_estimate(splines, estimate)
+    assert estimate is not None
+    return splines, replace(estimate, iterations=tuple(records))
