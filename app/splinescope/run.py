@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from bspline_slam.backends import back_end as make_back_end
+from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.config import config_from_dict, read_config_file
 from bspline_slam.export.map_json import map_to_json
 from bspline_slam.export.map_svg import map_to_svg
@@ -17,6 +19,13 @@ from splinescope.report import report
 
 Progress = Callable[[str, float], None]
 Cancelling = Callable[[], bool]
+STAGES = {
+    "scans": "Matching scans and growing the map",
+    "pose graph": "Solving the pose graph",
+    "adjustment 1 of 2": "Adjusting the map, 1 of 2",
+    "adjustment 2 of 2": "Adjusting the map, 2 of 2",
+}
+"""The pipeline's stages in words for a terminal."""
 
 
 def run_and_write(
@@ -35,10 +44,15 @@ def run_and_write(
     """
     config = resolved_config(config_file, back_end, model)
     log = open_log(log_path, progress=lambda share: progress("Reading the log", share))
-    result = run_slam(log, config, progress=lambda stage, share, _: progress(stage, share), cancelled=cancelled)
+
+    def watch(stage: str, share: float, _: IterationRecord | None) -> None:
+        if stage in STAGES:
+            progress(STAGES[stage], share)
+
+    result = run_slam(log, config, progress=watch, cancelled=cancelled)
     snapshot = result.snapshot
-    ids = [spline.id for spline in snapshot.map]
-    covariances = marginals(snapshot, config.back_end, (), ids).splines
+    progress("Computing covariances", 0.0)
+    covariances = marginals(snapshot, splines=[spline.id for spline in snapshot.map]).splines
     out.mkdir(parents=True, exist_ok=True)
     Trajectory.from_scan_poses(log.records, snapshot.poses).to_tum(out / "trajectory.tum")
     map_to_json(snapshot.map, covariances, out / "map.json")
@@ -52,8 +66,13 @@ def resolved_config(file: Path | None, back_end: str | None, model: str | None) 
     """Defaults, changed by the file (a configuration, or the report of another run), changed by the options."""
     data = read_config_file(file) if file else {}
     data = data.get("configuration", data)
-    chosen = {"back_end": back_end, "model": model}
-    return config_from_dict(SlamConfig, data | {key: value for key, value in chosen.items() if value is not None})
+    if back_end is not None:
+        data = data | {"back_end": back_end}
+    if model is not None:
+        data = data | {"adjustment": data.get("adjustment", {}) | {"model": model}}
+    config = config_from_dict(SlamConfig, data)
+    make_back_end(config.back_end)  # a wrong name is refused now, not after the last scan
+    return config
 
 
 def summary_text(summary: dict[str, Any], out: Path) -> str:

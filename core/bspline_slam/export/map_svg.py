@@ -18,12 +18,12 @@ STYLE = """
   .paper { fill: #fff; }
   .grid { fill: none; stroke: #e9edf2; stroke-width: 1; }
   .grid-5 { fill: none; stroke: #d3dae3; stroke-width: 1; }
-  .splines path { fill: none; stroke: #16324f; stroke-width: WALL; stroke-linecap: round; stroke-linejoin: round; }
+  .splines path { fill: none; stroke: #16324f; stroke-width: 2.6; stroke-linecap: round; stroke-linejoin: round; }
   .trajectory { fill: none; stroke: #e69f00; stroke-width: 1.2; stroke-linejoin: round; }
   .start { fill: #e69f00; stroke: #fff; stroke-width: 1.5; }
   .bar { fill: none; stroke: #16324f; stroke-width: 2; }
   text { fill: #16324f; }
-  .grid, .grid-5, .trajectory, .start, .bar { vector-effect: non-scaling-stroke; }
+  .grid, .grid-5, .splines path, .trajectory, .start, .bar { vector-effect: non-scaling-stroke; }
 """
 
 
@@ -40,7 +40,7 @@ def map_to_svg(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{low[0]:g} {-high[1]:g} {width:g} {height:g}" '
         f'width="{width * scale:.0f}" height="{height * scale:.0f}">',
         f"<title>{escape(title)}</title>",
-        f"<desc>One unit is one metre; y points upwards.</desc><style>{STYLE.replace('WALL', '0.06')}</style>",
+        f"<desc>One unit is one metre; y points upwards.</desc><style>{STYLE}</style>",
         f'<rect class="paper" x="{low[0]:g}" y="{-high[1]:g}" width="{width:g}" height="{height:g}"/>',
         '<g transform="scale(1,-1)">',
         *_grid(low, high),
