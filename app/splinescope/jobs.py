@@ -29,8 +29,8 @@ logger = logging.getLogger(__name__)
 Send = Callable[[Message], None]
 Cancelling = Callable[[], bool]
 
-PREPARING = "Preparing the estimator (its very first run compiles for about a minute)"
-READING = "Matching scans and growing the map"
+PREPARING = "Preparing the estimator (the very first run compiles for a minute)"
+READING = "Matching scans"
 
 
 class Jobs:

@@ -1,30 +1,16 @@
-"""Tables as HTML text; everything that goes in is escaped."""
+"""Tables and sentences as HTML text; everything that goes in is escaped."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
 
-STYLE = (
-    "<style>"
-    ".ss{font-size:12px;line-height:1.4;padding:2px 8px;overflow-wrap:anywhere}"
-    ".ss table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}"
-    ".ss th{font-weight:600;text-align:left;padding:2px 4px;border-bottom:1px solid #8886;vertical-align:bottom}"
-    ".ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}"
-    ".ss td.n,.ss th.n{text-align:right;white-space:nowrap}"
-    ".ss tr.on td{background:#0072B244}"
-    ".ss p{margin:4px 0}.ss ul{margin:4px 0;padding-left:18px}.ss .dim{opacity:.7}"
-    ".ss .bad{border-left:3px solid #D55E00;padding-left:6px;margin:6px 0}"
-    ".ss kbd{border:1px solid #8888;border-radius:3px;padding:0 4px;white-space:nowrap;font-family:inherit}"
-    "</style>"
-)
-
 MARKED_ROW = '<tr class="on">'
 
 
 def block(*parts: str) -> str:
     """A piece of a panel made of HTML parts that are escaped already."""
-    return f'{STYLE}<div class="ss">{"".join(parts)}</div>'
+    return f'<div class="ss">{"".join(parts)}</div>'
 
 
 def paragraph(text: str, kind: str = "") -> str:

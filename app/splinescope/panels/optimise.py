@@ -29,7 +29,7 @@ class OptimisePanel:
         self._back_end = gui.add_dropdown("Back end", tuple(BACK_ENDS), hint="Who solves the least-squares problem")
         self._about = gui.add_html("")
         self._run = gui.add_button("Optimise the whole map", icon=viser.Icon.PLAYER_PLAY)
-        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, visible=False)
+        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, color="gray", visible=False)
         self._text = gui.add_html("")
         self._curve = gui.add_uplot(
             data=(np.arange(2.0), np.ones(2)),

@@ -12,6 +12,7 @@ from splinescope.panels.optimise import OptimisePanel
 from splinescope.panels.panel import Panel, Post
 from splinescope.panels.picture import PicturePanel
 from splinescope.panels.status import StatusPanel
+from splinescope.panels.style import STYLE
 from splinescope.panels.timeline import TimelinePanel
 from splinescope.session import Session
 
@@ -20,6 +21,7 @@ class SideBar:
     """Status and inspector always in sight, the rest under tabs."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        gui.add_html(STYLE)
         self._panels: list[Panel] = [StatusPanel(gui, post)]
         with gui.add_folder("Selected"):
             self._panels.append(InspectorPanel(gui, post))

@@ -17,7 +17,7 @@ class StatusPanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html(table.block(table.paragraph("Opening a log…")))
         self._bar = gui.add_progress_bar(0.0, visible=False)
-        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, visible=False)
+        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, color="gray", visible=False)
         on_press(self._cancel, lambda: post(Cancel()))
 
     def refresh(self, session: Session) -> None:

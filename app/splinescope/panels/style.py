@@ -1,0 +1,28 @@
+"""The style of the side bar's texts and rows, as one style sheet for the whole page."""
+
+from __future__ import annotations
+
+TEXTS = """
+.ss{font-size:12px;line-height:1.4;padding:2px 8px;overflow-wrap:anywhere}
+.ss table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
+.ss th{font-weight:600;text-align:left;padding:2px 4px;border-bottom:1px solid #8886;vertical-align:bottom}
+.ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}
+.ss td.n,.ss th.n{text-align:right}
+.ss tr.on td{background:#0072b244}
+.ss p{margin:4px 0}
+.ss ul{margin:4px 0;padding-left:18px}
+.ss .dim{opacity:.72}
+.ss .bad{border-left:3px solid #d55e00;padding-left:6px;margin:6px 0}
+.ss kbd{border:1px solid #8888;border-radius:3px;padding:0 4px;white-space:nowrap;font-family:inherit}
+"""
+
+CHECKBOXES = """
+.mantine-Flex-root:has(> div input[type=checkbox]){flex-direction:row-reverse;justify-content:flex-end;gap:8px}
+.mantine-Flex-root:has(> div input[type=checkbox]) > div:first-child{width:auto !important}
+.mantine-Flex-root:has(> div input[type=checkbox]) > div:last-child{flex-grow:0 !important}
+.mantine-Flex-root:has(> div input[type=checkbox]) p{letter-spacing:normal !important}
+div:has(> .mantine-Flex-root > div input[type=checkbox]){padding-bottom:1px !important}
+"""
+"""The box before its text, the text in one line: the viewer leaves a third of the width to it."""
+
+STYLE = f"<style>{TEXTS}{CHECKBOXES}</style>"

@@ -1,0 +1,119 @@
+"""A stand-in for the estimator with the same signatures: odometry is believed, every fifth scan is a key scan."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bspline_slam import se2
+from bspline_slam.association import Association, Candidate, Verdict
+from bspline_slam.backends.protocol import Estimate, IterationRecord, Marginals
+from bspline_slam.errors import Cancelled
+from bspline_slam.fitting import FittingConfig, uniform_through
+from bspline_slam.graph import Graph
+from bspline_slam.scan import ScanLog
+from bspline_slam.segmentation import ScanSegment, segment_scan
+from bspline_slam.slam import SlamStep, Snapshot
+from bspline_slam.spline_map import MapSpline, SplineMap
+
+KEY_EVERY = 5
+PROGRESS = Callable[[str, float, IterationRecord | None], None]
+
+
+@dataclass(frozen=True)
+class SlamConfig:
+    """How long the stand-in pretends to think about each scan and each iteration (s)."""
+
+    seconds: float = 0.0
+
+
+class Slam:
+    """Makes one spline of every long segment of every key scan."""
+
+    def __init__(
+        self, log: ScanLog, config: SlamConfig = SlamConfig(), *, cancelled: Callable[[], bool] = lambda: False
+    ) -> None:
+        self._log, self._config, self._cancelled = log, config, cancelled
+        self._poses: list[np.ndarray] = []
+        self._steps: list[SlamStep] = []
+        self._splines: list[MapSpline] = []
+
+    def steps(self) -> Iterator[SlamStep]:
+        for scan in self._log:
+            if self._cancelled():
+                raise Cancelled("stopped")
+            time.sleep(self._config.seconds)
+            odometry = self._log.odometry
+            pose = np.zeros(3) if odometry is None else se2.between(odometry[0], odometry[scan.index])
+            self._poses.append(pose)
+            key = scan.index % KEY_EVERY == 0
+            step = SlamStep(scan.index, pose, pose, key, False, 0.9)
+            if key:
+                segments = segment_scan(scan)
+                known = [self._associate(segment, pose) for segment in segments]
+                step = replace(step, segments=segments, associations=tuple(known))
+                self._steps.append(step)
+            yield step
+
+    def _associate(self, segment: ScanSegment, pose: np.ndarray) -> Association:
+        first, last = int(segment.beams[0]), int(segment.beams[-1])
+        if len(segment.points) < 8:
+            return Association(
+                segment.scan, segment.index, first, last, Verdict.GATED, None, 0.2, 0.1, (Candidate(0, 0.2, 0.5),)
+            )
+        number = len(self._splines)
+        curve = uniform_through(se2.transform(pose, segment.points), FittingConfig())
+        self._splines.append(
+            MapSpline(number, curve, curve.domain, segment.scan, 1, (f"started at scan {segment.scan}",))
+        )
+        return Association(segment.scan, segment.index, first, last, Verdict.NEW, number, float("nan"), 0.1)
+
+    def snapshot(self) -> Snapshot:
+        key_scans = np.array([step.scan for step in self._steps], dtype=int)
+        poses = np.array(self._poses).reshape(-1, 3)
+        return Snapshot(poses, key_scans, tuple(self._steps), SplineMap(tuple(self._splines)), ())
+
+    def finish(self, progress: PROGRESS, cancelled: Callable[[], bool]) -> Snapshot:
+        return adjust(self._log, self.snapshot(), self._config, "direct", progress, cancelled)
+
+
+def adjust(
+    log: ScanLog,
+    snapshot: Snapshot,
+    config: SlamConfig,
+    back_end: str,
+    progress: PROGRESS,
+    cancelled: Callable[[], bool],
+) -> Snapshot:
+    """Ten iterations that move everything a little, at falling cost."""
+    points = np.concatenate([s.curve.control_points for s in snapshot.map] or [np.zeros((0, 2))])
+    keys = snapshot.poses[snapshot.key_scans]
+    records = []
+    for index in range(11):
+        if cancelled():
+            raise Cancelled("stopped")
+        time.sleep(config.seconds)
+        aside = 0.1 * (1 - 0.5**index) * np.array([1.0, 0.0, 0.0])
+        record = IterationRecord(index, 1000.0 * 0.5**index + 10, 0.1, 0.1, 0.0, keys + aside, points + aside[:2])
+        records.append(record)
+        progress("Adjusting the map", index / 10, record)
+    counts = [len(s.curve.control_points) for s in snapshot.map]
+    graph = Graph(snapshot.key_scans, keys, np.array([s.id for s in snapshot.map]), np.cumsum([0, *counts]), points)
+    last = records[-1]
+    splines, first = [], 0
+    for spline, count in zip(snapshot.map, counts, strict=True):
+        moved = spline.curve.with_control_points(last.control_points[first : first + count])
+        splines.append(replace(spline, curve=moved))
+        first += count
+    estimate = Estimate(graph, last.poses, last.control_points, tuple(records), True, 900.0, 1000)
+    poses = snapshot.poses + np.array([0.1, 0.0, 0.0])
+    return replace(snapshot, poses=poses, map=SplineMap(tuple(splines)), estimate=estimate)
+
+
+def marginals(snapshot: Snapshot, back_end: str, poses: Sequence[int], splines: Sequence[int]) -> Marginals:
+    """The same circle of 1 cm around every control point."""
+    sizes = {i: 2 * len(snapshot.map[i].curve.control_points) for i in splines}
+    return Marginals({}, {i: 1e-4 * np.eye(size) for i, size in sizes.items()})

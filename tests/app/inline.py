@@ -1,0 +1,66 @@
+"""The estimator's jobs done at once in this process, their messages kept until asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+from app import estimator
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import Snapshot
+from splinescope import jobs
+from splinescope.commands import LogOpened, OpenLog
+from splinescope.messages import FindCovariances, Message, ProcessLog, Request, SolveMap
+from splinescope.preferences import Preferences
+from splinescope.session import Session
+
+
+class InlineEstimator:
+    """Stands where the worker stands; nothing runs beside the test."""
+
+    def __init__(self) -> None:
+        self.messages: list[Message] = []
+        self.cancelled = 0
+        self.asked: list[Request] = []
+        self._jobs = jobs.Jobs(self.messages.append)
+
+    def process(self, path: Path) -> int:
+        return self._do(lambda job: ProcessLog(job, path))
+
+    def solve(self, path: Path, snapshot: Snapshot, back_end: str) -> int:
+        return self._do(lambda job: SolveMap(job, path, snapshot, back_end))
+
+    def covariances(self, back_end: str) -> int:
+        return self._do(lambda job: FindCovariances(job, back_end))
+
+    def cancel(self) -> None:
+        self.cancelled = len(self.asked)
+
+    def _do(self, request: Callable[[int], Request]) -> int:
+        self.asked.append(request(len(self.asked) + 1))
+        self._jobs.do(self.asked[-1], lambda: False)
+        return len(self.asked)
+
+
+def stand_in(monkeypatch, log: ScanLog) -> None:
+    """Let the jobs use the stand-in estimator, and find `log` wherever they look."""
+    names = {name: getattr(estimator, name) for name in ("Slam", "SlamConfig", "adjust", "marginals")}
+    monkeypatch.setattr(jobs, "slam", SimpleNamespace(**names))
+    monkeypatch.setattr(jobs, "open_log", lambda path: log)
+
+
+def session_with(log: ScanLog) -> tuple[Session, InlineEstimator]:
+    """A session that has just opened the log; what the estimator says about it still waits in `messages`."""
+    inline = InlineEstimator()
+    opened: list[OpenLog] = []
+    session = Session(inline, opened.append, Preferences(), clock=lambda: 0.0)
+    session.apply(OpenLog(log.path))
+    session.apply(LogOpened(opened[0], log))
+    return session, inline
+
+
+def deliver(session: Session, inline: InlineEstimator) -> None:
+    """Give the session all that the estimator has said, also in answer to that."""
+    while inline.messages:
+        session.receive(inline.messages.pop(0))

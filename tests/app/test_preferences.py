@@ -1,0 +1,44 @@
+"""What is remembered."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from splinescope.preferences import FIRST_LAYERS, Preferences, default_path, load, save
+from splinescope.view import Layer
+
+
+def test_what_is_saved_comes_back(tmp_path: Path) -> None:
+    chosen = Preferences(frozenset({Layer.TRUTH, Layer.ELLIPSES}), False, True, 5.0, "sam")
+    path = tmp_path / "deep" / "session.json"
+    save(chosen, path)
+    assert load(path) == chosen
+    assert [child.name for child in path.parent.iterdir()] == ["session.json"]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '"office"', "null", '{"layers": 3, "dark": "yes", "speed": []}'])
+def test_a_broken_file_is_a_first_visit(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "session.json"
+    path.write_text(text, encoding="utf-8")
+    assert load(path) == Preferences()
+    assert load(tmp_path / "nowhere.json") == Preferences()
+
+
+def test_unknown_layers_are_left_out_and_missing_words_stay_as_they_were() -> None:
+    told = Preferences.from_json('{"layers": ["BEAMS", "SMELL"], "colour": "red"}')
+    assert told.layers == {Layer.BEAMS}
+    assert Preferences.from_json('{"dark": false}').layers == FIRST_LAYERS
+
+
+def test_a_place_that_cannot_be_written_harms_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("", encoding="utf-8")
+    save(Preferences(), blocked / "session.json")
+    assert "cannot remember" in caplog.text
+
+
+def test_the_users_configuration_folder_is_respected(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert default_path() == tmp_path / "splinescope" / "session.json"

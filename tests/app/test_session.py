@@ -1,0 +1,253 @@
+"""The session: commands and messages in, what the page shows out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.inline import InlineEstimator, deliver, session_with, stand_in
+from app.logs import MemoryLog, corridor_log
+from bspline_slam import se2
+from splinescope import commands as ask
+from splinescope import messages as told
+from splinescope.activity import Work
+from splinescope.preferences import FIRST_LAYERS, Preferences
+from splinescope.session import Session
+from splinescope.view import Layer, Selection
+
+
+@pytest.fixture(scope="module")
+def drive() -> MemoryLog:
+    return corridor_log(np.random.default_rng(2))
+
+
+@pytest.fixture
+def log(drive: MemoryLog, monkeypatch: pytest.MonkeyPatch) -> MemoryLog:
+    stand_in(monkeypatch, drive)
+    return drive
+
+
+@pytest.fixture
+def finished(log: MemoryLog) -> tuple[Session, InlineEstimator]:
+    session, inline = session_with(log)
+    deliver(session, inline)
+    return session, inline
+
+
+def test_an_opened_log_can_be_stepped_before_anything_is_processed(log: MemoryLog) -> None:
+    session, _ = session_with(log)
+    assert session.fit_wanted
+    assert session.activity is not None
+    assert session.activity.work is Work.PROCESSING
+    session.apply(ask.Step(3))
+    shown = session.scan_view
+    assert shown is not None
+    assert log.odometry is not None
+    assert shown.scan.index == 3
+    assert np.allclose(shown.pose, se2.between(log.odometry[0], log.odometry[3]))
+    assert len(shown.segments) > 0
+    assert not shown.key
+    assert session.map_view is not None
+    assert session.map_view.odometry is not None
+    assert not len(session.map_view.map)
+
+
+def test_the_cursor_follows_the_processing_until_a_person_takes_it(log: MemoryLog) -> None:
+    session, inline = session_with(log)
+    while session.processed == 0:
+        session.receive(inline.messages.pop(0))
+    assert session.cursor == session.processed - 1
+    session.apply(ask.Seek(0))
+    deliver(session, inline)
+    assert session.cursor == 0
+    assert session.processed == len(log)
+    session.apply(ask.FollowProcessing(True))
+    assert session.cursor == len(log) - 1
+
+
+def test_a_finished_log_has_map_solution_and_covariances(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    view = session.map_view
+    assert view is not None
+    assert session.activity is None
+    assert len(view.map) > 0
+    assert view.covariances.keys() == {spline.id for spline in view.map}
+    assert view.odometry is not None
+    assert np.allclose(view.odometry[0], view.estimate[0])
+    assert session.solution is not None
+    assert session.solution.cost_after < session.solution.cost_before
+    assert session.solution.largest_move == pytest.approx(0.1)
+    assert [notice.bad for notice in session.notices] == [False]
+
+
+def test_the_map_stays_the_same_object_until_something_in_it_changes(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    world, scan = session.map_view, session.scan_view
+    session.apply(ask.SetLayer(Layer.TRUTH, True))
+    assert session.map_view is world
+    assert session.scan_view is scan
+    session.apply(ask.Step(-1))
+    assert session.map_view is world
+    assert session.scan_view is not scan
+    session.apply(ask.Optimise("direct"))
+    deliver(session, inline)
+    assert session.map_view is not world
+
+
+def test_a_key_scan_shows_its_recorded_decisions_and_another_scan_none(
+    finished: tuple[Session, InlineEstimator],
+) -> None:
+    session, _ = finished
+    session.apply(ask.Seek(10))
+    key = session.scan_view
+    session.apply(ask.Step(1))
+    other = session.scan_view
+    assert key is not None
+    assert other is not None
+    assert key.key
+    assert len(key.associations) > 0
+    assert not other.key
+    assert not other.associations
+    assert len(other.segments) > 0
+
+
+def test_the_map_moves_with_every_iteration(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    session.apply(ask.Seek(7))
+    start = session.snapshot
+    assert start is not None
+    session.apply(ask.Optimise("direct"))
+    first = next(message for message in inline.messages if isinstance(message, told.Iterated))
+    aside = np.array([1.0, 0.0, 0.0])
+    record = replace(first.record, poses=start.poses[start.key_scans] + aside)
+    session.receive(replace(first, record=record))
+    assert session.snapshot is not None
+    assert np.allclose(session.snapshot.poses, start.poses + aside)
+    assert session.scan_view is not None
+    assert np.allclose(session.scan_view.pose, session.snapshot.poses[7])
+    assert session.costs == (record.cost,)
+
+
+def test_a_failed_or_stopped_solve_leaves_the_map_as_it_was(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    before = session.snapshot
+    for end in (told.Failed(0, "no memory left"), told.Stopped(0)):
+        session.apply(ask.Optimise("sam"))
+        job = len(inline.asked)
+        session.receive(next(message for message in inline.messages if isinstance(message, told.Iterated)))
+        inline.messages.clear()
+        session.receive(replace(end, job=job))
+        assert session.snapshot is before
+        assert session.activity is None
+    assert session.troubles == ("no memory left",)
+
+
+def test_nothing_is_lost_when_the_estimator_dies_in_the_middle(log: MemoryLog) -> None:
+    session, inline = session_with(log)
+    while session.snapshot is None:
+        session.receive(inline.messages.pop(0))
+    session.receive(told.Failed(1, "The estimator ended unexpectedly."))
+    assert session.snapshot is not None
+    assert session.activity is None
+    assert session.why_not_optimise is None
+    assert session.notices[-1].bad
+
+
+def test_messages_of_a_job_that_nobody_waits_for_are_dropped(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    before = session.snapshot
+    session.receive(told.Finished(1, None))
+    session.receive(told.Failed(1, "too late"))
+    assert session.snapshot is before
+    assert not session.troubles
+
+
+def test_what_is_refused_says_why(log: MemoryLog) -> None:
+    empty = Session(InlineEstimator(), lambda _: None, Preferences())
+    empty.apply(ask.Optimise("direct"))
+    assert empty.notices[-1].text == "No log is open."
+    session, _ = session_with(log)
+    session.apply(ask.Optimise("direct"))
+    assert "still being processed" in session.notices[-1].text
+
+
+def test_a_bad_log_leaves_the_open_one_alone(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    request = ask.OpenLog(Path("broken.log"))
+    session.apply(request)
+    assert session.opening == request
+    session.apply(ask.LogRefused(request, "broken.log: no scans in it"))
+    assert session.opening is None
+    assert session.troubles == ("broken.log: no scans in it",)
+    assert session.notices[-1].bad
+    assert session.title == "corridor.log"
+    assert session.snapshot is not None
+
+
+def test_of_two_logs_asked_for_the_newer_one_is_opened(log: MemoryLog) -> None:
+    session, _ = session_with(log)
+    first, second = ask.OpenLog(Path("a.log")), ask.OpenLog(Path("b.log"))
+    session.apply(first)
+    session.apply(second)
+    session.apply(ask.LogOpened(second, replace(log, name="b.log")))
+    session.apply(ask.LogOpened(first, replace(log, name="a.log")))
+    assert session.title == "b.log"
+
+
+def test_opening_another_log_stops_the_work_on_the_first(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    request = ask.OpenLog(Path("next.log"))
+    session.apply(ask.Select(Selection("spline", 1)))
+    session.apply(request)
+    assert session.log is not None
+    session.apply(ask.LogOpened(request, session.log))
+    assert inline.cancelled > 0
+    assert (session.cursor, session.selection, session.snapshot, session.processed) == (0, None, None, 0)
+
+
+def test_a_segment_is_selected_only_while_its_scan_is_shown(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    session.apply(ask.Seek(10))
+    for kind, stays in (("segment", False), ("spline", True)):
+        session.apply(ask.Select(Selection(kind, 0)))
+        session.apply(ask.Step(1))
+        assert (session.selection is not None) is stays
+
+
+def test_choices_change_the_preferences() -> None:
+    session = Session(InlineEstimator(), lambda _: None, Preferences())
+    session.apply(ask.SetLayer(Layer.TRUTH, True))
+    assert session.preferences.layers == FIRST_LAYERS | {Layer.TRUTH}
+    session.apply(ask.ToggleLayers(frozenset({Layer.TRUTH, Layer.BEAMS})))
+    assert session.preferences.layers == FIRST_LAYERS - {Layer.BEAMS}
+    session.apply(ask.SetDark())
+    assert not session.view.dark
+    session.apply(ask.ChangeSpeed(1))
+    assert session.preferences.speed == session.playback.speed == 5.0
+    session.apply(ask.FollowRobot(True))
+    assert session.preferences.follow_robot
+
+
+def test_every_change_is_a_new_revision(log: MemoryLog) -> None:
+    session, _ = session_with(log)
+    for command in (ask.Step(1), ask.SetDark(), ask.Select(Selection("spline", 0)), ask.Play()):
+        before = session.revision
+        session.apply(command)
+        assert session.revision > before
+
+
+def test_playback_runs_on_with_the_clock(log: MemoryLog) -> None:
+    now = [0.0]
+    session = Session(InlineEstimator(), lambda _: None, Preferences(speed=2.0), clock=lambda: now[0])
+    request = ask.OpenLog(log.path)
+    session.apply(request)
+    session.apply(ask.LogOpened(request, log))
+    session.apply(ask.Play())
+    now[0] = 1.0
+    session.tick()
+    assert session.cursor == 20
+    session.apply(ask.SeekTime(0.5))
+    assert session.cursor == 5
