@@ -13,7 +13,6 @@ let sender = null; // changes with every connection
 let shown = ""; // what the watchers know
 let wanted = null; // the rectangle to show; null once a person has moved the camera
 let fitted = 0; // number of the last fit
-let fittedFor = ""; // the size that it was made for
 let bottom = 0; // px covered by the timeline
 let timer = null;
 
@@ -68,12 +67,11 @@ function lock(controls) {
     two: ACTION.TOUCH_DOLLY_TRUCK,
     three: ACTION.TOUCH_TRUCK,
   });
-  const tangent = 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
   controls.dollyToCursor = true;
   controls.dollySpeed = 0.6;
-  controls.minDistance = MIN_VIEW / tangent;
-  viewer().configuredMaxOrbitDistance = MAX_VIEW / tangent;
-  controls.addEventListener("controlstart", () => (wanted = null));
+  controls.minDistance = MIN_VIEW / tangent();
+  viewer().configuredMaxOrbitDistance = MAX_VIEW / tangent();
+  controls.addEventListener("control", () => (wanted = null));
   controls.addEventListener("update", changed);
   controls.addEventListener("rest", changed);
   keepColours();
@@ -107,28 +105,32 @@ function report() {
 function fit({ bounds, number }) {
   if (number === fitted) return; // said again after a lost connection
   fitted = number;
-  fittedFor = "";
   wanted = bounds;
   check();
 }
 
-function show([left, low, right, high], view) {
+/** Where the camera must stand to show a rectangle, clear of what covers the bottom. */
+function standpoint([left, low, right, high], view) {
   const wide = Math.max(right - left, MIN_VIEW) / Math.max(view.width - 2 * MARGIN, 50);
   const tall = Math.max(high - low, MIN_VIEW) / Math.max(view.height - 2 * MARGIN - bottom, 50);
-  const scale = Math.max(wide, tall);
-  const x = (left + right) / 2;
-  const y = (low + high) / 2 - (bottom / 2) * scale;
-  const tangent = 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
-  const distance = Math.min((scale * view.height) / tangent, viewer().configuredMaxOrbitDistance);
+  const metresPerPixel = Math.min(Math.max(wide, tall), MAX_VIEW / view.height);
+  return { x: (left + right) / 2, y: (low + high) / 2 - (bottom / 2) * metresPerPixel, metresPerPixel };
+}
+
+// Panels that open and close change the room there is, and the viewer puts its camera back where it began when it
+// connects: what was to be seen stays in sight until a person looks elsewhere.
+function keepShown(view) {
+  if (!wanted) return;
+  const { x, y, metresPerPixel } = standpoint(wanted, view);
+  const away = Math.hypot(x - view.x, y - view.y) / metresPerPixel;
+  const scaled = Math.abs(Math.log(view.metresPerPixel / metresPerPixel));
+  if (away < 0.5 && scaled < 0.001) return;
+  const distance = (metresPerPixel * view.height) / tangent();
   locked.setLookAt(-y, distance, -x, -y, 0, -x, true);
 }
 
-// Panels that open and close change the room there is; what was to be seen stays in sight.
-function keepShown(view) {
-  const size = [view.width, view.height, bottom].join();
-  if (!wanted || size === fittedFor) return;
-  fittedFor = size;
-  show(wanted, view);
+function tangent() {
+  return 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
 }
 
 // The viewer would map our colours as if they were light in a room.

@@ -1,11 +1,9 @@
-// What lies over the map: the scale bar, the pointer's coordinates, and the grid behind everything.
+// What lies over the map: the scale bar and the pointer's coordinates.
 
-import { coverBottom, viewport, watch, worldAt } from "./camera.js";
+import { viewport, watch, worldAt } from "./camera.js";
 import { on, viewer } from "./channel.js";
 
 const LONGEST = 160; // px of the scale bar
-const CELLS = [0.1, 0.5, 1, 5, 10, 50, 100, 500, 1000];
-const FINEST = 22; // px between lines of the grid
 
 /** The layer that follows the canvas; everything of ours lies in it. */
 export const layer = document.createElement("div");
@@ -25,38 +23,12 @@ export function sayLength(metres) {
 
 const bar = document.createElement("div");
 const readout = document.createElement("div");
-let gridShown = true;
 
 function drawScale({ metresPerPixel }) {
   const length = roundLength(metresPerPixel);
   bar.style.width = `${length / metresPerPixel}px`;
   bar.textContent = sayLength(length);
   bar.setAttribute("aria-label", `Scale: this bar is ${sayLength(length)} long`);
-}
-
-function drawGrid({ x, y, metresPerPixel, width, height }) {
-  const { canvas } = viewer();
-  const finest = CELLS.findIndex((cell) => cell / metresPerPixel >= FINEST);
-  if (!gridShown || finest < 0) {
-    canvas.style.backgroundImage = "none";
-    return;
-  }
-  const cells = [CELLS[finest + 1], CELLS[finest]].filter(Boolean);
-  const images = [];
-  const sizes = [];
-  const places = [];
-  for (const cell of cells) {
-    const size = cell / metresPerPixel;
-    const colour = cell === CELLS[finest] ? "var(--scope-grid)" : "var(--scope-grid-strong)";
-    for (const side of ["right", "bottom"]) {
-      images.push(`linear-gradient(to ${side}, ${colour} 1px, transparent 1px)`);
-      sizes.push(`${size}px ${size}px`);
-      places.push(`${(width / 2 - x / metresPerPixel) % size}px ${(height / 2 + y / metresPerPixel) % size}px`);
-    }
-  }
-  canvas.style.backgroundImage = images.join();
-  canvas.style.backgroundSize = sizes.join();
-  canvas.style.backgroundPosition = places.join();
 }
 
 function place() {
@@ -95,15 +67,8 @@ export function start() {
   watch((view) => {
     place();
     drawScale(view);
-    drawGrid(view);
   });
   new ResizeObserver(place).observe(document.body);
-  on("grid", (shown) => {
-    gridShown = shown;
-    const view = viewport();
-    if (view) drawGrid(view);
-  });
   on("dark", (dark) => document.documentElement.classList.toggle("scope-light", !dark));
   window.addEventListener("pointermove", pointerMoved, { passive: true });
-  coverBottom(0);
 }

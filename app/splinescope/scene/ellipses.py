@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Bool, Float, UInt8
 
 from splinescope.palette import Colour, Glyph
 from splinescope.scene.strokes import Strokes, glyphs, polyline
@@ -37,24 +37,28 @@ def ellipses(
     point = valid & (sigma[:, 1] < ZERO)
     line = valid & ~point & (sigma[:, 0] < FLAT * sigma[:, 1])
     oval = valid & ~point & ~line
+    invalid = ~valid
     return Strokes.joined(
         [
             _ovals(centres[oval], sigma[oval], vectors[oval], colours[oval], pixel),
             _lines(centres[line], sigma[line], vectors[line], colours[line]),
             glyphs(Glyph.PLUS, centres[point], colours[point], 3.0 * pixel),
-            glyphs(Glyph.WARNING, centres[~valid], np.tile(warning, (int(np.count_nonzero(~valid)), 1)), 8.0 * pixel),
+            glyphs(Glyph.WARNING, centres[invalid], np.tile(warning, (int(invalid.sum()), 1)), 8.0 * pixel),
         ]
     )
 
 
-def _principal(covariances: Float[np.ndarray, "n 2 2"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _principal(
+    covariances: Float[np.ndarray, "n 2 2"],
+) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Bool[np.ndarray, "n"]]:
     """Variances (small, large), their directions as columns, and whether it is a covariance at all."""
     finite = np.isfinite(covariances).all(axis=(1, 2))
     safe = np.where(finite[:, None, None], covariances, np.eye(2))
     size = np.abs(safe).max(axis=(1, 2))
     symmetric = np.abs(safe[:, 0, 1] - safe[:, 1, 0]) <= 1e-6 * size + 1e-15
     values, vectors = np.linalg.eigh(0.5 * (safe + safe.transpose(0, 2, 1)))
-    return values, vectors, finite & symmetric & (values[:, 0] >= -1e-6 * size - 1e-15)
+    positive = values[:, 0] >= -1e-6 * size - 1e-15
+    return values, vectors, np.logical_and.reduce([finite, symmetric, positive])
 
 
 def _ovals(centres: np.ndarray, sigma: np.ndarray, vectors: np.ndarray, colours: np.ndarray, pixel: float) -> Strokes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
@@ -15,7 +15,7 @@ from splinescope.scene.ellipses import blocks, ellipses
 from splinescope.scene.strokes import Strokes, dashed, glyphs, polyline
 from splinescope.view import FittedSegment, MapView, ScanView, Selection
 
-MOST_BEAMS = 240
+MOST_DASHES = 12  # on one ray
 GHOST_REACH = 6.0  # m: how far beams without an echo are drawn at least
 ROBOT_PIXELS = 11.0
 ROBOT_LENGTH = 0.35  # m
@@ -30,25 +30,36 @@ END_GLYPHS = {
 
 
 def beams(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
-    """Thin rays from the sensor to what they hit; of very dense scans only some."""
-    hits = se2.transform(view.pose, view.scan.points_robot[view.scan.valid])
-    hits = hits[:: max(len(hits) // MOST_BEAMS, 1)]
-    sensor = np.broadcast_to(_sensor(view), hits.shape)
-    return Strokes.of(np.stack([sensor, hits], axis=1), theme.faint(YELLOW, 0.17 if _dark(theme) else 0.5))
+    """Thin rays to what the beams hit. Near the sensor only every other one, every fourth, … so they stay apart."""
+    scan = view.scan
+    hit = np.flatnonzero(scan.valid)
+    rays = _rays(view, hit, scan.ranges[hit], detail)
+    return Strokes.of(rays, theme.faint(theme.legible(YELLOW), 0.2))
 
 
 def no_return_beams(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     """Rays that came back from nowhere: dashed, a little farther than the farthest hit."""
     scan = view.scan
     free = np.flatnonzero(scan.no_return)
-    free = free[:: max(len(free) // (MOST_BEAMS // 3), 1)]
-    hits = scan.ranges[scan.valid]
-    reach = min(max(1.1 * float(np.max(hits, initial=0.0)), GHOST_REACH), scan.range_max)
-    sensor = _sensor(view)
-    directions = se2.rotate(view.pose, scan.directions_robot[free])
-    pixel = max(detail.pixel, reach / 180.0)
-    rays = [dashed(np.stack([sensor, sensor + reach * d]), LineStyle.DASHED, pixel) for d in directions]
-    return Strokes.joined(Strokes.of(ray, theme.faint(GREY, 0.3)) for ray in rays)
+    farthest = 1.1 * float(np.max(scan.ranges[scan.valid], initial=0.0))
+    reach = min(max(farthest, GHOST_REACH), scan.range_max)
+    rays = _rays(view, free, np.full(len(free), reach), detail, apart=8.0)
+    pixel = max(detail.pixel, reach / MOST_DASHES / sum(LineStyle.DASHED.value))
+    dashes = [dashed(ray, LineStyle.DASHED, pixel) for ray in rays]
+    return Strokes.joined(Strokes.of(dash, theme.faint(GREY, 0.35)) for dash in dashes)
+
+
+def _rays(
+    view: ScanView, chosen: Int[np.ndarray, "n"], reach: Float[np.ndarray, "n"], detail: Detail, apart: float = 4.0
+) -> Float[np.ndarray, "m 2 2"]:
+    """Rays of the chosen beams, each from where its neighbours of the same rank are `apart` pixels away."""
+    rank = np.minimum(chosen & -chosen, 32)
+    rank[chosen == 0] = 32
+    start = apart * detail.pixel / (max(view.scan.resolution, 1e-4) * rank)
+    seen = start < reach
+    directions = se2.rotate(view.pose, view.scan.directions_robot[chosen[seen]])
+    ends = [_sensor(view) + r[seen, None] * directions for r in (start, reach)]
+    return np.stack(ends, axis=1)
 
 
 def segments(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
@@ -203,7 +214,3 @@ def _placed(fitted: FittedSegment, view: ScanView) -> Float[np.ndarray, "n 2"]:
 
 def _readable(detail: Detail) -> bool:
     return detail.pixel <= 0.05
-
-
-def _dark(theme: Theme) -> bool:
-    return int(theme.background[0]) < 128

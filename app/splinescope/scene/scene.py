@@ -74,7 +74,8 @@ DRAWINGS = (
     Drawing("truth", Layer.TRUTH, 1.8, _map, _of_map(map_layers.truth)),
     Drawing("estimate", Layer.ESTIMATE, 1.4, _map, _of_map(map_layers.estimate)),
     Drawing("loops", Layer.LOOPS, 1.4, _map, _of_map(map_layers.loop_closures)),
-    Drawing("halo", None, 9.0, lambda v: (v.map, v.scan if _segment(v) else None, v.selection), _halo),
+    Drawing("halo", None, 11.0, lambda v: (v.map, v.scan if _segment(v) else None, v.selection), _halo),
+    Drawing("segments", Layer.SEGMENTS, 6.0, _scan, _of_scan(scan_layers.segments)),
     Drawing(
         "ellipses",
         Layer.ELLIPSES,
@@ -90,7 +91,6 @@ DRAWINGS = (
         _map_and_selection,
         lambda f: _with_selection(f, map_layers.control_points),
     ),
-    Drawing("segments", Layer.SEGMENTS, 5.0, _scan, _of_scan(scan_layers.segments)),
     Drawing("fit ellipses", Layer.FIT_ELLIPSES, 1.2, _scan, _of_scan(scan_layers.fit_ellipses)),
     Drawing("fits", Layer.FITS, 1.4, _scan, _of_scan(scan_layers.fits)),
     Drawing("fit points", Layer.FIT_POINTS, 1.4, _scan, _of_scan(scan_layers.fit_points)),
