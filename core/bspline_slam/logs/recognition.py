@@ -78,7 +78,7 @@ def _refuse_binary(path: Path, start: bytes) -> None:
         raise LogError(path, "the file is empty once unpacked")
     archive = next((name for magic, name in _ARCHIVES.items() if start.startswith(magic)), None)
     if archive is not None:
-        raise LogError(path, f"this is a {archive} archive: unpack it first")
+        raise LogError(path, f"this is a packed file ({archive}): unpack it first")
     if start.startswith((MCAP_MAGIC, SQLITE_MAGIC)):
         raise LogError(path, "this is a gzipped ROS 2 bag: unpack it first")
     if b"\0" in start:
