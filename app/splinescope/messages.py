@@ -66,7 +66,7 @@ class StepsDone(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapChanged(Message):
-    """The map in the middle of processing; its `steps` are left out, StepsDone has brought them."""
+    """The map in the middle of processing, for looking at: what only a solver needs is left out."""
 
     snapshot: Snapshot
 

@@ -66,7 +66,7 @@ class Reporter:
         if start < self._next_map:
             return
         self.flush()
-        self._send(MapChanged(self.job, replace(make(), steps=(), estimate=None)))
+        self._send(MapChanged(self.job, replace(make(), steps=(), estimate=None, observations=(), pose_factors=())))
         end = self._clock()
         self._next_map = end + max(MAP_INTERVAL, MAP_SHARE * (end - start))
 

@@ -258,6 +258,8 @@ class Session:
             return "The log is still being processed; wait for its end, or cancel it and optimise what is there."
         if self.snapshot is None or not len(self.snapshot.key_scans):
             return "There is no map yet."
+        if not self.snapshot.steps:
+            return "What the map was made from was lost with the estimator. Open the log again to optimise it."
         return None
 
     def _cancel(self) -> None:
@@ -278,6 +280,7 @@ class Session:
         self.revision += 1
         match message:
             case told.Progress(stage=stage, fraction=fraction, seconds_left=left):
+                stage = stage[:1].upper() + stage[1:]
                 self.activity = replace(activity, stage=stage, fraction=fraction, seconds_left=left)
             case told.StepsDone(steps=steps):
                 self._record(steps)

@@ -152,8 +152,9 @@ def test_nothing_is_lost_when_the_estimator_dies_in_the_middle(log: MemoryLog) -
     session.receive(told.Failed(1, "The estimator ended unexpectedly."))
     assert session.snapshot is not None
     assert session.activity is None
-    assert session.why_not_optimise is None
     assert session.notices[-1].bad
+    session.apply(ask.Optimise("direct"))
+    assert "Open the log again" in session.notices[-1].text
 
 
 def test_messages_of_a_job_that_nobody_waits_for_are_dropped(finished: tuple[Session, InlineEstimator]) -> None:

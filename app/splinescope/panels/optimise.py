@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
+from bspline_slam.adjustment import AdjustmentConfig
 from splinescope import table
 from splinescope.activity import Work, duration
 from splinescope.commands import Cancel, Optimise
@@ -18,6 +19,7 @@ BACK_ENDS = {
     "sam": "The same problem, solved by gtsam: the reference.",
     "pose_graph": "Poses alone; the curves follow them and do not pull.",
 }
+MODEL = AdjustmentConfig().model
 GREY = "#888888"
 
 
@@ -34,7 +36,7 @@ class OptimisePanel:
         self._curve = gui.add_uplot(
             data=(np.arange(2.0), np.ones(2)),
             series=({"label": "iteration"}, {"label": "cost", "stroke": "#0072B2", "width": 2}),
-            scales={"x": {"time": False}, "y": {"distr": 3}},
+            scales={"x": {"time": False}},
             axes=(
                 {"label": "iteration", "stroke": GREY, "grid": {"stroke": GREY, "width": 0.3}},
                 {"label": "cost", "stroke": GREY, "size": 64, "grid": {"stroke": GREY, "width": 0.3}},
@@ -52,7 +54,8 @@ class OptimisePanel:
         self._describe()
 
     def _describe(self) -> None:
-        self._about.content = table.block(table.paragraph(BACK_ENDS[self._back_end.value], "dim"))
+        model = f"Observation model: {MODEL}."
+        self._about.content = table.block(table.paragraph(f"{BACK_ENDS[self._back_end.value]} {model}", "dim"))
 
     def refresh(self, session: Session) -> None:
         working = session.activity is not None and session.activity.work is Work.OPTIMISING
@@ -66,7 +69,7 @@ class OptimisePanel:
     def _draw(self, costs: tuple[float, ...]) -> None:
         self._curve.visible = len(costs) > 1
         if len(costs) > 1:
-            self._curve.data = (np.arange(float(len(costs))), np.maximum(np.array(costs), 1e-9))
+            self._curve.data = (np.arange(float(len(costs))), np.array(costs))
 
 
 def report(session: Session) -> list[str]:
