@@ -46,6 +46,11 @@ class Worker:
         outbox.close()
         threading.Thread(target=self._listen, args=(inbox, process), daemon=True).start()
 
+    @property
+    def process_id(self) -> int | None:
+        """Number of the process in the system; None before it was first needed."""
+        return self._process.pid if self._process is not None else None
+
     def process(self, path: Path) -> int:
         """Ask for the whole pipeline over a log; returns the job's number."""
         return self._ask(ProcessLog(self._job + 1, path))
