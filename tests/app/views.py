@@ -147,12 +147,10 @@ def path_through(columns: int, rows: int, length: int, rng: np.random.Generator)
 
 def drifted(path: Float[np.ndarray, "m 3"], per_pose: float) -> Float[np.ndarray, "m 3"]:
     """The path as dead reckoning would have it: turned a little further with every pose."""
-    steps = se2.between(path[:-1], path[1:])
-    steps[:, 2] += per_pose
-    poses = [path[0]]
-    for step in steps:
-        poses.append(se2.compose(poses[-1], step))
-    return np.array(poses)
+    turned = per_pose * np.arange(len(path))
+    steps = np.einsum("nij,nj->ni", se2.rotation(turned[1:]), np.diff(path[:, :2], axis=0))
+    xy = path[0, :2] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+    return np.column_stack([xy, se2.wrap(path[:, 2] + turned)])
 
 
 def map_view(rng: np.random.Generator, columns: int = 2, rows: int = 1, length: int = 60) -> MapView:

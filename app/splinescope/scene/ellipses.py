@@ -52,7 +52,7 @@ def _principal(
     covariances: Float[np.ndarray, "n 2 2"],
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Bool[np.ndarray, "n"]]:
     """Variances (small, large), their directions as columns, and whether it is a covariance at all."""
-    finite = np.isfinite(covariances).all(axis=(1, 2))
+    finite = np.all(np.isfinite(covariances), axis=(1, 2))
     safe = np.where(finite[:, None, None], covariances, np.eye(2))
     size = np.abs(safe).max(axis=(1, 2))
     symmetric = np.abs(safe[:, 0, 1] - safe[:, 1, 0]) <= 1e-6 * size + 1e-15

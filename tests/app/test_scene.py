@@ -1,0 +1,161 @@
+"""The scene: every layer draws, only changes are sent, and a building stays within what a slow browser can draw."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app import views
+from app.browser import until
+from bspline_slam.association import Verdict
+from splinescope.page import Page
+from splinescope.page_values import Viewport
+from splinescope.palette import DARK, LIGHT, VERDICT_STYLES, theme
+from splinescope.scene import Scene, bounds_of
+from splinescope.scene.detail import Detail
+from splinescope.scene.legend import legend
+from splinescope.scene.scan_layers import ties
+from splinescope.scene.scene import DRAWINGS, Frame
+from splinescope.view import Layer, Selection, View
+
+CLOSE = Viewport(2.5, 2.0, 0.01, 900, 700)
+BUDGET = 8000  # line segments: about a third of a second a frame without a GPU
+
+
+@pytest.fixture(scope="module")
+def view() -> View:
+    return views.office(np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def building() -> View:
+    return views.large(np.random.default_rng(1))
+
+
+def counts(view: View, viewport: Viewport) -> dict[str, int]:
+    frame = Frame(view, theme(view.dark), Detail.of(viewport))
+    return {drawing.name: len(drawing.draw(frame)) for drawing in DRAWINGS}
+
+
+def test_every_layer_draws_something(view: View) -> None:
+    drawn = counts(replace(view, selection=Selection("control point", 3, 2)), CLOSE)
+    assert {name for name, count in drawn.items() if count == 0} == set()
+    assert {drawing.layer for drawing in DRAWINGS} - {None} == set(Layer) - {Layer.GRID}
+
+
+def test_an_empty_view_draws_nothing() -> None:
+    assert sum(counts(View(layers=views.ALL_LAYERS), CLOSE).values()) == 0
+    assert bounds_of(View()) is None
+
+
+def test_a_building_from_afar_keeps_to_the_budget(building: View) -> None:
+    whole = bounds_of(building)
+    assert whole is not None
+    scale = (whole[3] - whole[1]) / 600
+    viewport = Viewport((whole[0] + whole[2]) / 2, (whole[1] + whole[3]) / 2, scale, 900, 700)
+    assert sum(counts(building, viewport).values()) < BUDGET
+
+
+def test_a_building_from_near_keeps_to_the_budget(building: View) -> None:
+    assert sum(counts(building, Viewport(2.5, 2.0, 0.012, 900, 700)).values()) < BUDGET + 4000
+
+
+def test_each_decision_shows_its_own_hue_and_glyph(view: View) -> None:
+    assert view.scan is not None
+    shapes = {}
+    for association in view.scan.associations:
+        alone = replace(view.scan, associations=(replace(association, by="rule"),))
+        drawn = ties(alone, view.map, DARK, Detail.of(CLOSE))
+        shapes[association.verdict] = (len(drawn), tuple(drawn.colours[0].tolist()))
+    assert len(set(shapes.values())) == len(shapes) > 1
+
+
+def test_a_decision_by_hand_is_marked(view: View) -> None:
+    assert view.scan is not None
+    first = view.scan.associations[0]
+    drawn = [
+        len(ties(replace(view.scan, associations=(replace(first, by=by),)), view.map, DARK, Detail.of(CLOSE)))
+        for by in ("rule", "hand")
+    ]
+    assert drawn[1] > drawn[0]
+
+
+def test_the_legend_explains_every_verdict() -> None:
+    for ground in (DARK, LIGHT):
+        text = str(legend(ground))
+        assert all(VERDICT_STYLES[verdict].label in text for verdict in Verdict)
+
+
+def test_bounds_hold_the_map_and_the_path(view: View) -> None:
+    bounds = bounds_of(view)
+    assert view.map is not None
+    assert bounds is not None
+    for points in (view.map.estimate[:, :2], *(s.curve.control_points for s in view.map.map)):
+        assert (points >= bounds[:2]).all()
+        assert (points <= bounds[2:]).all()
+
+
+class Ledger:
+    """Counts the bytes of line work that the server sends."""
+
+    def __init__(self, page: Page) -> None:
+        self.bytes = 0
+        send = page.server._websock_server.queue_message
+
+        def counted(message: object) -> None:
+            for value in getattr(message, "updates", {}).values():
+                self.bytes += getattr(value, "nbytes", 0)
+            send(message)  # pyright: ignore[reportArgumentType]
+
+        page.server._websock_server.queue_message = counted
+
+    def spent(self) -> int:
+        """Bytes since the last time it was asked."""
+        spent, self.bytes = self.bytes, 0
+        return spent
+
+
+def test_only_what_changed_is_sent(page: Page, view: View) -> None:
+    scene, ledger = Scene(page), Ledger(page)
+    scene.draw(view)
+    whole = ledger.spent()
+    scene.draw(view)
+    assert ledger.spent() == 0
+    assert view.map is not None
+    assert view.scan is not None
+    moved = replace(view.scan, pose=view.scan.pose + 0.02)
+    scene.draw(replace(view, scan=moved))
+    step = ledger.spent()
+    assert 0 < step < whole
+    scene.draw(replace(view, scan=moved, selection=Selection("spline", 3)))
+    assert 0 < ledger.spent() < whole
+    scene.draw(replace(view, scan=moved, selection=Selection("spline", 3), layers=view.layers - {Layer.SPLINES}))
+    assert ledger.spent() == 0
+
+
+def test_a_step_through_a_building_sends_kilobytes(page: Page, building: View) -> None:
+    scene, ledger = Scene(page), Ledger(page)
+    scene.draw(building)
+    assert ledger.spent() > 100_000
+    assert building.scan is not None
+    scene.draw(replace(building, scan=replace(building.scan, pose=building.scan.pose + 0.01)))
+    assert ledger.spent() < 40_000
+
+
+def test_the_browser_shows_what_is_drawn(page: Page, view: View, open_window) -> None:
+    scene = Scene(page)
+    bounds = bounds_of(view)
+    assert bounds is not None
+    page.fit(bounds)
+    window = open_window(page.url)
+    until(lambda: page.viewport is not None, "the page to say what it sees")
+    for dark in (True, False):
+        shown = replace(view, dark=dark)
+        until(lambda shown=shown: scene.draw(shown) or not scene.stale, "the drawing to fit the view")
+        expected = scene.segment_counts["splines"]
+        until(lambda n=expected: (window.node("/splinescope/splines") or {}).get("segments") == n, "the splines")
+        window.page.wait_for_timeout(500)
+        window.screenshot(f"scene-{'dark' if dark else 'light'}")
+    scene.draw(replace(view, layers=view.layers - {Layer.SPLINES}))
+    until(lambda: not (window.node("/splinescope/splines") or {}).get("visible"), "the splines to go")
+    assert (window.node("/splinescope/segments") or {})["visible"]
