@@ -12,22 +12,21 @@ from typing import Any
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.config import config_to_dict
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, SlamResult, Snapshot
+from bspline_slam.slam import SlamConfig, Snapshot
 
 PACKAGES = ("splinescope", "numpy", "scipy", "numba", "gtsam", "kiss-icp", "rosbags")
 
 
-def report(log: ScanLog, config: SlamConfig, result: SlamResult) -> dict[str, Any]:
-    """Configuration, counts, fit, times (s) and memory (MB) of one run over `log`."""
-    snapshot = result.snapshot
+def report(log: ScanLog, config: SlamConfig, snapshot: Snapshot, seconds: dict[str, float]) -> dict[str, Any]:
+    """Configuration, counts, fit, wall times by stage (s) and memory (MB) of one run over `log`."""
     return {
         "format": "splinescope-report",
         "version": 1,
         "log": _log(log),
         "counts": _counts(snapshot),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
-        "seconds": {stage: round(seconds, 3) for stage, seconds in result.seconds.items()},
-        "seconds_total": round(sum(result.seconds.values()), 3),
+        "seconds": {stage: round(time, 3) for stage, time in seconds.items()},
+        "seconds_total": round(sum(seconds.values()), 3),
         "peak_memory_mb": round(peak_memory_mb(), 1),
         "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
         "configuration": config_to_dict(config),

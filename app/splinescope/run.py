@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 from bspline_slam.backends import back_end as make_back_end
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.config import config_from_dict, read_config_file
-from bspline_slam.export.map_json import map_to_json
+from bspline_slam.errors import Cancelled
+from bspline_slam.export.map_json import Covariances, map_to_json
 from bspline_slam.export.map_svg import map_to_svg
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
-from bspline_slam.slam import SlamConfig, marginals, run_slam
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamConfig, Snapshot, marginals, run_slam
 from splinescope.report import report
 
 Progress = Callable[[str, float], None]
@@ -43,23 +47,48 @@ def run_and_write(
     Raises the library's errors; Cancelled leaves no files.
     """
     config = resolved_config(config_file, back_end, model)
-    log = open_log(log_path, progress=lambda share: progress("Reading the log", share))
+    seconds: dict[str, float] = {}
+    with timed("reading", seconds):
+        log = open_log(log_path, progress=lambda share: progress("Reading the log", share))
 
     def watch(stage: str, share: float, _: IterationRecord | None) -> None:
         if stage in STAGES:
             progress(STAGES[stage], share)
 
     result = run_slam(log, config, progress=watch, cancelled=cancelled)
-    snapshot = result.snapshot
+    seconds |= result.seconds
     progress("Computing covariances", 0.0)
-    covariances = marginals(snapshot, splines=[spline.id for spline in snapshot.map]).splines
+    with timed("covariances", seconds):
+        covariances = marginals(result.snapshot, splines=[spline.id for spline in result.snapshot.map]).splines
+    if cancelled():
+        raise Cancelled("cancelled before anything was written")
+    return write_results(out, log, config, result.snapshot, covariances, seconds)
+
+
+def write_results(
+    out: Path,
+    log: ScanLog,
+    config: SlamConfig,
+    snapshot: Snapshot,
+    covariances: Covariances,
+    seconds: dict[str, float],
+) -> dict[str, Any]:
+    """The four files of a finished run; returns the report."""
     out.mkdir(parents=True, exist_ok=True)
     Trajectory.from_scan_poses(log.records, snapshot.poses).to_tum(out / "trajectory.tum")
     map_to_json(snapshot.map, covariances, out / "map.json")
     map_to_svg(snapshot.map, out / "map.svg", trajectory=snapshot.poses, title=f"Map of {log.name}")
-    summary = report(log, config, result)
+    summary = report(log, config, snapshot, seconds)
     (out / "report.json").write_text(json.dumps(summary, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     return summary
+
+
+@contextmanager
+def timed(stage: str, seconds: dict[str, float]) -> Iterator[None]:
+    """Note how long the block took."""
+    started = perf_counter()
+    yield
+    seconds[stage] = perf_counter() - started
 
 
 def resolved_config(file: Path | None, back_end: str | None, model: str | None) -> SlamConfig:
