@@ -145,7 +145,9 @@ def test_the_scale_bar_is_as_long_as_it_says(page: Page, open_window: Opener) ->
         bar = window.page.locator(".scope-bar")
         number, unit = bar.inner_text().split()
         metres = float(number) * {"km": 1000, "m": 1, "cm": 0.01, "mm": 0.001}[unit]
-        assert float(bar.evaluate("e => e.style.width.slice(0, -2)")) * view["metresPerPixel"] == pytest.approx(metres)
+        assert float(bar.evaluate("e => e.style.width.slice(0, -2)")) * view["metresPerPixel"] == pytest.approx(
+            metres, rel=1e-3
+        )
         assert number.rstrip("0") in ("1", "2", "5")
         window.page.mouse.move(300, 300)
         window.page.mouse.wheel(0, -400)
@@ -162,7 +164,7 @@ def test_keys_arrive_by_name_and_not_while_typing(page: Page, open_window: Opene
     names = ["ArrowRight", "Shift+ArrowRight", " ", "f", "?", "Ctrl+z", "Ctrl+Shift+z", "Home", "."]
     until(lambda: len(pressed) >= len(names), "the keys")
     assert pressed == names
-    field = window.page.locator("input[type=text]").first
+    field = window.page.get_by_role("textbox").first
     field.click()
     window.page.keyboard.type("f a. ")
     assert field.input_value() == "f a. "

@@ -67,7 +67,8 @@ def scan_of(
     bearings = np.radians(np.linspace(-90.0, 90.0, beams))
     angle = bearings + pose[2]
     directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    hits = np.stack([spline.curve.ray_hits(pose[:2], directions)[0] for spline in world])
+    near = [s.curve for s in world if np.linalg.norm(s.curve.control_points - pose[:2], axis=1).min() < 12.0]
+    hits = np.stack([curve.ray_hits(pose[:2], directions)[0] for curve in near])
     ranges = np.where(np.isnan(hits).all(axis=0), np.inf, np.nanmin(np.where(np.isnan(hits), np.inf, hits), axis=0))
     ranges = ranges + rng.normal(0.0, 0.01, beams)
     return LaserScan(index, 0.1 * index, ranges, bearings, 0.05, 12.0, np.zeros(3))
@@ -127,7 +128,7 @@ def scan_view(world: SplineMap, pose: Float[np.ndarray, "3"], index: int, rng: n
 
 def nearest_spline(world: SplineMap, point: Float[np.ndarray, "2"]) -> int:
     """The id of the spline nearest to a point."""
-    return min(world, key=lambda s: np.linalg.norm(s.curve(s.curve.foot_points(point[None]))[0] - point)).id
+    return min(world, key=lambda s: np.linalg.norm(s.curve.control_points - point, axis=1).min()).id
 
 
 def path_through(columns: int, rows: int, length: int, rng: np.random.Generator) -> Float[np.ndarray, "m 3"]:
