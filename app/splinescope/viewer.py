@@ -73,9 +73,9 @@ def view(
     page = open_page(host, port, title="SplineScope")
     viewer = Viewer(page, session or prefs.default_path())
     viewer.post(ask.OpenLog(log or find_log(FIRST_SAMPLE)))
-    print(f"SplineScope is at {page.url}   (Ctrl+C ends it)", flush=True)  # noqa: T201
+    print(f"SplineScope is at {viewer.url}   (Ctrl+C ends it)", flush=True)  # noqa: T201
     if browser:
-        threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()
+        threading.Thread(target=webbrowser.open, args=(viewer.url,), daemon=True).start()
     try:
         viewer.run()
     except KeyboardInterrupt:
@@ -104,6 +104,11 @@ class Viewer:
         self._draw_time = self._panel_time = self._mark_time = 0.0
         self._marks: tuple[Mark, ...] = ()
         self._listen()
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return self._page.url
 
     # -- from other threads --------------------------------------------------------------------------------------
     def post(self, item: Posted) -> None:

@@ -1,0 +1,212 @@
+"""The whole application in a browser: load, step, layers, inspector, optimise, errors, two at once."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, expect
+
+from app.browser import Window, until
+from app.logs import corridor_log, write_carmen
+from splinescope import commands as ask
+from splinescope.page import open_page
+from splinescope.preferences import Preferences, load, save
+from splinescope.view import Layer
+from splinescope.viewer import Viewer
+
+SCANS = 60
+PATIENCE = 240.0  # s; a first run compiles the kernels
+
+Opener = Callable[..., Window]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = corridor_log(np.random.default_rng(6), SCANS)
+    return write_carmen(made, tmp_path_factory.mktemp("logs") / "corridor.log")
+
+
+@pytest.fixture(scope="module")
+def memory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("memory") / "session.json"
+
+
+@pytest.fixture(scope="module")
+def running(log: Path, memory: Path) -> Iterator[Viewer]:
+    """The application with a log that it processes."""
+    save(Preferences(layers=Preferences().layers | {Layer.CONTROL_POINTS}), memory)
+    viewer = Viewer(open_page("127.0.0.1", 0), memory)
+    thread = threading.Thread(target=viewer.run)
+    thread.start()
+    viewer.post(ask.OpenLog(log))
+    yield viewer
+    viewer.stop()
+    thread.join(10)
+    viewer.close()
+
+
+@pytest.fixture
+def ready(running: Viewer, log: Path) -> Viewer:
+    """The application, its log processed, standing on a key scan."""
+    if running.session.title != log.name and running.session.opening is None:
+        running.post(ask.OpenLog(log))
+    until(lambda: running.session.solution and running.session.covariances, "the end of processing", PATIENCE)
+    running.post(ask.Select(None))
+    running.post(ask.Seek(0))
+    until(lambda: running.session.cursor == 0 and running.session.selection is None, "the first scan")
+    return running
+
+
+def tab(window: Window, name: str) -> None:
+    window.page.get_by_role("tab", name=name, exact=True).click()
+
+
+def field_of(window: Window, label: str) -> Locator:
+    """The text field in the row of that label: the viewer does not tie them together."""
+    row = "ancestor::div[contains(@class, 'mantine-Flex-root')][1]"
+    return window.page.get_by_text(label, exact=True).locator(f"xpath={row}").locator("input")
+
+
+def leave(window: Window) -> None:
+    """Take the focus away from whatever has it, so that keys go to the map."""
+    window.page.evaluate("document.activeElement?.blur()")
+
+
+def test_a_log_can_be_stepped_at_once_and_arrives_by_and_by(running: Viewer, open_window: Opener) -> None:
+    window = open_window(running.url)
+    expect(window.page.get_by_text("corridor.log").first).to_be_visible()
+    window.page.keyboard.press("Home")
+    window.page.keyboard.press("ArrowRight")
+    until(lambda: running.session.cursor == 1, "a step")
+    until(lambda: running.session.solution, "the end of processing", PATIENCE)
+    expect(window.page.get_by_text("The log is processed")).to_be_visible()
+    assert running.session.cursor == 1
+
+
+def test_steps_by_key_and_by_button(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    counter = window.page.get_by_label("Jump to scan")
+    for key, index in (("ArrowRight", 1), ("Shift+ArrowRight", 11), (",", 10), ("End", SCANS - 1), ("Home", 0)):
+        window.page.keyboard.press(key)
+        expect(counter).to_have_value(str(index))
+    window.page.get_by_label("Forward 1 scan").click()
+    expect(counter).to_have_value("1")
+    window.page.get_by_label("Forward 10 scans").click()
+    expect(counter).to_have_value("11")
+    leave(window)
+    window.page.keyboard.press("End")
+    window.page.keyboard.press(" ")
+    until(lambda: ready.session.playback.playing, "play")
+    until(lambda: 0 < ready.session.cursor < SCANS - 1, "play from the start")
+    window.page.keyboard.press(" ")
+    until(lambda: not ready.session.playback.playing, "pause")
+
+
+def test_layers_are_switched_and_remembered(ready: Viewer, open_window: Opener, memory: Path) -> None:
+    window = open_window(ready.url)
+    tab(window, "Layers")
+    box = window.page.get_by_label(Layer.BEAMS.value, exact=True)
+    expect(box).to_be_checked()
+    box.click()
+    until(lambda: Layer.BEAMS not in ready.session.preferences.layers, "the beams to go")
+    until(lambda: Layer.BEAMS not in load(memory).layers, "the choice to be kept")
+    leave(window)
+    window.page.keyboard.press("1")
+    expect(box).to_be_checked()
+    until(lambda: Layer.BEAMS in load(memory).layers, "the choice to be kept")
+
+
+def test_a_click_on_a_spline_shows_it_in_the_inspector(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    ready.post(ask.SetLayer(Layer.SEGMENTS, False))
+    world = ready.session.map_view
+    assert world is not None
+    spline = max(world.map, key=lambda s: s.length)
+    x, y = spline.curve(np.array([spline.span[0] + 0.41 * (spline.span[1] - spline.span[0])]))[0]
+    window.page.mouse.click(*window.pixel_of(x, y))
+    until(lambda: ready.session.selection, "something selected")
+    assert ready.session.selection is not None
+    assert ready.session.selection.id == spline.id
+    expect(
+        window.page.get_by_text(f"spline {spline.id}").or_(window.page.get_by_text(f"Spline {spline.id}")).first
+    ).to_be_visible()
+    window.page.keyboard.press("Escape")
+    until(lambda: ready.session.selection is None, "nothing selected")
+    ready.post(ask.SetLayer(Layer.SEGMENTS, True))
+
+
+def test_decisions_are_listed_and_selected_by_number(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    tab(window, "Scan")
+    scan = ready.session.scan_view
+    assert scan is not None
+    assert scan.key
+    expect(window.page.get_by_text(f"{len(scan.associations)} decisions")).to_be_visible()
+    window.page.get_by_role("button", name="Select the segment").click()
+    expect(window.page.get_by_text("Segment 0 of scan 0")).to_be_visible()
+    ready.post(ask.Seek(next(i for i in range(SCANS) if not ready.session.steps[i].key)))
+    expect(window.page.get_by_text("is not a key scan").first).to_be_visible()
+
+
+def test_optimising_lowers_the_cost_and_says_what_it_did(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url, width=1920, height=1080)
+    tab(window, "Optimise")
+    window.page.get_by_role("button", name="Optimise the whole map").click()
+    expect(window.page.get_by_text("The map is optimised")).to_be_visible(timeout=1000 * PATIENCE)
+    expect(window.page.get_by_text("cost before → after")).to_be_visible()
+    expect(window.page.locator(".uplot")).to_be_visible()
+    solution = ready.session.solution
+    assert solution is not None
+    assert solution.cost_after <= solution.cost_before
+    window.screenshot("workbench")
+
+
+def test_a_bad_file_is_a_sentence_and_the_open_log_stays(ready: Viewer, open_window: Opener, tmp_path: Path) -> None:
+    bad = tmp_path / "<b>bad.log"
+    bad.write_bytes(bytes(range(256)) * 4)
+    window = open_window(ready.url)
+    tab(window, "Log")
+    field_of(window, "Path").fill(str(bad))
+    window.page.get_by_role("button", name="Open the path").click()
+    expect(window.page.get_by_text("This log cannot be opened")).to_be_visible()
+    until(lambda: ready.session.troubles, "the sentence")
+    expect(window.page.locator(".ss .bad")).to_contain_text("<b>bad.log")
+    assert ready.session.title == "corridor.log"
+    assert ready.session.snapshot is not None
+
+
+def test_a_file_can_be_uploaded(ready: Viewer, open_window: Opener, log: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.log"
+    other.write_text("".join(log.read_text(encoding="utf-8").splitlines(keepends=True)[:8]), encoding="utf-8")
+    window = open_window(ready.url)
+    tab(window, "Log")
+    with window.page.expect_file_chooser() as chooser:
+        window.page.get_by_role("button", name="Upload a file").click()
+    chooser.value.set_files(other)
+    until(lambda: ready.session.title == "other.log", "the uploaded log")
+    assert ready.session.playback.count == 8
+
+
+def test_two_browsers_share_what_they_see(ready: Viewer, open_window: Opener) -> None:
+    one, two = open_window(ready.url), open_window(ready.url)
+    one.page.keyboard.press("Shift+ArrowRight")
+    expect(two.page.get_by_label("Jump to scan")).to_have_value("10")
+    two.page.keyboard.press("d")
+    until(lambda: not ready.session.preferences.dark, "a light page")
+    expect(one.page.locator("html.scope-light")).to_be_attached()
+    one.screenshot("workbench-light")
+    one.page.keyboard.press("d")
+    until(lambda: ready.session.preferences.dark, "a dark page")
+
+
+def test_the_help_sheet_opens_and_closes(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    window.page.keyboard.press("?")
+    sheet = window.page.get_by_text("play or pause; at the end")
+    expect(sheet).to_be_visible()
+    window.page.get_by_role("button", name="Close", exact=True).last.click()
+    expect(sheet).to_be_hidden()
