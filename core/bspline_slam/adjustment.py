@@ -33,7 +33,7 @@ class AdjustmentConfig:
     differences of control points, `slide` that of a control point along its curve as its spline's best observer sees
     it: nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first pose (m, rad).
     `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak through the
-    splines.
+    splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
     """
 
     model: Model = "normal-distance"
@@ -43,6 +43,8 @@ class AdjustmentConfig:
     slide: float = 0.05
     anchor: float = 1e-5
     explained_weight: float = 0.02
+    support: int = 2
+    support_step: float = 0.4
     chord_length_noise: ChordLengthNoise = ChordLengthNoise()
 
 
@@ -290,6 +292,41 @@ def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
     return SplineMap(tuple(out))
 
 
+def trimmed(splines: SplineMap, sights: Sights, feet: Feet, config: AdjustmentConfig) -> SplineMap:
+    """Each spline cut back to its longest stretch that `support` key scans saw, without the control points beyond it.
+
+    A spline without such a stretch stays as it is: it is the map's best guess.
+    """
+    kept = np.flatnonzero(feet.counts)
+    cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
+    out = []
+    for k, spline in enumerate(splines):
+        mine = kept[cuts[k] : cuts[k + 1]]
+        span = supported_span(feet.t[mine], sights.pose[mine], spline.span, config)
+        out.append(spline if span == spline.span else replace(spline, curve=spline.curve.restricted(span), span=span))
+    return SplineMap(tuple(out))
+
+
+def supported_span(
+    t: Float[np.ndarray, "m"], pose: Int[np.ndarray, "m"], span: tuple[float, float], config: AdjustmentConfig
+) -> tuple[float, float]:
+    """The longest stretch of `span` in which every `support_step` of parameter was seen from `support` poses."""
+    low, high = span
+    bins = max(round((high - low) / config.support_step), 1)
+    width = (high - low) / bins
+    place = np.clip(((t - low) / width).astype(np.int64), 0, bins - 1)
+    seen = np.unique(np.stack([place, pose], -1), axis=0)[:, 0]
+    enough = np.bincount(seen, minlength=bins) >= config.support
+    edges = np.flatnonzero(np.diff(enough.astype(np.int8), prepend=0, append=0))
+    if len(edges) == 0:
+        return span
+    starts, ends = edges[::2], edges[1::2]
+    longest = int(np.argmax(ends - starts))
+    if starts[longest] == 0 and ends[longest] == bins:
+        return span
+    return low + width * float(starts[longest]), low + width * float(ends[longest])
+
+
 ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
 """Rounds before the last find new foot points anyway."""
 
@@ -319,6 +356,7 @@ def adjust_splines(
         if cancelled():
             raise Cancelled("the adjustment was cancelled")
         sights = collect_sights(keys, splines)
+        splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config)
         graph = build_graph(keys, poses, splines, factors, sights, config, fitting, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))

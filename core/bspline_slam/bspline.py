@@ -248,6 +248,12 @@ class BSpline:
         """The same curve run through from its other end."""
         return BSpline(self.degree, (self.knots[0] + self.knots[-1] - self.knots)[::-1], self.control_points[::-1])
 
+    def restricted(self, span: tuple[float, float]) -> BSpline:
+        """The same curve on `span`, without the control points that have no say there."""
+        kept = np.flatnonzero(self.active(span))
+        first, last = int(kept[0]), int(kept[-1]) + 1
+        return BSpline(self.degree, self.knots[first : last + self.degree + 1], self.control_points[first:last])
+
     def active(self, span: tuple[float, float]) -> Bool[np.ndarray, "n"]:
         """Control points that shape the curve somewhere inside `span`."""
         reach = np.arange(len(self.control_points))

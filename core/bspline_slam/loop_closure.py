@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.graph import PoseFactor
-from bspline_slam.scan_matching import Match, MatchingConfig, gather, likelihood_field, refine, search
+from bspline_slam.scan_matching import Match, MatchingConfig, gather, search, settle, surroundings
 from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 
 
@@ -117,9 +117,9 @@ def propose(
     first, last = max(i - config.half_width, 0), min(i + config.half_width + 1, j)
     target = gather([key.points for key in keys[first:last]], poses[first:last])
     block = config.wide_block if reach > config.sure_reach else matching.block
-    field = likelihood_field(target, matching, block)
-    found, score = search(field, keys[j].points, poses[j], matching, reach, turn)
-    match = refine(target, keys[j].points, found, matching, score=score)
+    place = surroundings(target, matching, block)
+    found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
+    match = settle(place, keys[j].points, found, score, matching)
     accepted, reason = judge(match, config)
     covariance = np.linalg.inv(matched_information(match, tracking))
     measured = se2.between(poses[i], match.pose)

@@ -38,7 +38,7 @@ class SplineObservation:
     """
 
     first: int
-    A: Float[np.ndarray, "r 2m"]
+    A: Float[np.ndarray, "r c"]
     b: Float[np.ndarray, "r"]
     readings: int
     constant: float

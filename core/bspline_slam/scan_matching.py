@@ -1,14 +1,16 @@
-"""Scan matching: search first (correlative, branch and bound), then refine (ICP, then point-to-line on curves)."""
+"""Scan matching: search first (correlative, branch and bound), then ICP, then point-to-line refinement."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.icp import IcpConfig, align, icp_map
 from bspline_slam.kernels import matching as kernels
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import SegmentationConfig, breakpoints
@@ -36,6 +38,7 @@ class MatchingConfig:
     tracking_gates: tuple[float, ...] = (0.15, 0.15, 0.1, 0.1, 0.1)
     inlier_gate: float = 0.045
     largest_range: float = 40.0
+    icp: IcpConfig = IcpConfig()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,6 +120,20 @@ def target(points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"], 
     return Target(points, normals, start, order, origin, shape, bucket)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Surroundings:
+    """A target made ready for a search: its likelihood field and its voxel map for ICP."""
+
+    target: Target
+    field: Field
+    voxels: Any
+
+
+def surroundings(target: Target, config: MatchingConfig, block: int | None = None) -> Surroundings:
+    """Field and voxel map of a target; `block` is the side of the branch-and-bound blocks in cells."""
+    return Surroundings(target, likelihood_field(target, config, block), icp_map(target.points, config.icp))
+
+
 def likelihood_field(target: Target, config: MatchingConfig, block: int | None = None) -> Field:
     """The field that the search climbs."""
     block = block or config.block
@@ -138,6 +155,18 @@ def search(
         config.turn_step, config.pull,
     )  # fmt: skip
     return np.array([x, y, float(se2.wrap(theta))]), score
+
+
+def settle(
+    place: Surroundings, scan: PointSet, found: Float[np.ndarray, "3"], score: float, config: MatchingConfig,
+    prior_information: Float[np.ndarray, "3 3"] = NO_PRIOR,
+) -> Match:  # fmt: skip
+    """A pose found by search made exact: ICP on thinned points, then point-to-line."""
+    if len(scan.points) == 0:
+        return Match(found, 0.0, 0.0, 0.0, np.zeros((3, 3)))
+    thinned = scan.points[kernels.thin(scan.points, config.thinning)]
+    guess = align(place.voxels, thinned, found, config.icp)
+    return refine(place.target, scan, guess, config, score=score, prior_information=prior_information)
 
 
 def refine(

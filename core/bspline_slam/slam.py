@@ -24,7 +24,7 @@ from bspline_slam.scan import LaserScan, ScanLog
 from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
 from bspline_slam.spline_map import SplineMap
-from bspline_slam.tracking import Tracker, TrackingConfig
+from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,17 +317,6 @@ def adjust(
     steps = tuple(replace(step, pose=pose) for step, pose in zip(snapshot.steps, estimate.poses, strict=True))
     poses = carried_along(snapshot.poses, snapshot.key_scans, before, estimate.poses)
     return replace(snapshot, poses=poses, steps=steps, map=splines, estimate=estimate)
-
-
-def carried_along(
-    poses: Float[np.ndarray, "scans 3"],
-    key_scans: Int[np.ndarray, "n"],
-    before: Float[np.ndarray, "n 3"],
-    after: Float[np.ndarray, "n 3"],
-) -> Float[np.ndarray, "scans 3"]:
-    """Poses of all scans after their key scans moved: each keeps its pose relative to the last key scan before it."""
-    anchor = np.clip(np.searchsorted(key_scans, np.arange(len(poses)), side="right") - 1, 0, None)
-    return se2.compose(after[anchor], se2.between(before[anchor], poses))
 
 
 def marginals(

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.graph import PoseFactor
@@ -16,12 +16,14 @@ from bspline_slam.scan_matching import (
     Match,
     MatchingConfig,
     PointSet,
+    Surroundings,
     Target,
     gather,
-    likelihood_field,
     point_set,
     refine,
     search,
+    settle,
+    surroundings,
 )
 from bspline_slam.segmentation import SegmentationConfig
 
@@ -75,7 +77,8 @@ class Tracked:
 class Tracker:
     """State of tracking: the key scans and their poses, and every other scan tied to one of them.
 
-    `key_poses` may be replaced from outside (loop closures, adjustment); everything else hangs on them.
+    `key_poses` may be replaced from outside (loop closures, adjustment); everything else hangs on them: `anchors`
+    ties each scan to the key scan before it, `moves` each key scan to the one before, as tracking saw them.
     """
 
     config: TrackingConfig
@@ -85,12 +88,14 @@ class Tracker:
     keys: list[KeyScan] = field(default_factory=list)
     key_poses: list[Float[np.ndarray, "3"]] = field(default_factory=list)
     anchors: list[tuple[int, Float[np.ndarray, "3"]]] = field(default_factory=list)
+    moves: list[Float[np.ndarray, "3"]] = field(default_factory=list)
     factors: list[PoseFactor] = field(default_factory=list)
     calibration: OdometryCalibration = field(default_factory=OdometryCalibration)
     _odometry: Float[np.ndarray, "3"] | None = None
     _key_odometry: Float[np.ndarray, "3"] | None = None
     _last_step: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
     _target: Target | None = None
+    _surroundings: Surroundings | None = None
 
     def track(self, scan: LaserScan, odometry: Float[np.ndarray, "3"] | None) -> Tracked:
         """Place the next scan of the log; `odometry` is its odometry pose, None where the log has none."""
@@ -128,8 +133,13 @@ class Tracker:
         """World poses of all scans so far."""
         if not self.anchors:
             return np.zeros((0, 3))
-        keys = np.array(self.key_poses)
-        return se2.compose(keys[[a for a, _ in self.anchors]], np.array([relative for _, relative in self.anchors]))
+        chain = [np.zeros(3)]
+        for moved in self.moves:
+            chain.append(se2.compose(chain[-1], moved))
+        before = np.array(chain)
+        anchor = np.array([anchor for anchor, _ in self.anchors])
+        scans = se2.compose(before[anchor], np.array([relative for _, relative in self.anchors]))
+        return carried_along(scans, np.array([key.scan for key in self.keys]), before, np.array(self.key_poses))
 
     def local_target(self) -> Target:
         """The last key scans as one target."""
@@ -141,7 +151,7 @@ class Tracker:
     def move(self, key_poses: Float[np.ndarray, "n 3"]) -> None:
         """Take over corrected poses of the key scans."""
         self.key_poses = list(key_poses)
-        self._target = None
+        self._target = self._surroundings = None
 
     # -- steps of `track` --------------------------------------------------------------------------------------
     def _pose_of_last_scan(self) -> Float[np.ndarray, "3"]:
@@ -186,17 +196,17 @@ class Tracker:
         tries: tuple[Float[np.ndarray, "3"], ...],
         predicted: Float[np.ndarray, "3"],
     ) -> Match:
-        field_ = likelihood_field(self.local_target(), self.matching)
+        if self._surroundings is None:
+            self._surroundings = surroundings(self.local_target(), self.matching)
+        place, config = self._surroundings, self.matching
         best, best_score = predicted, -1.0
         for step in tries:
-            found, score = search(
-                field_, points, se2.compose(previous, step), self.matching, self.matching.reach, self.matching.turn
-            )
+            found, score = search(place.field, points, se2.compose(previous, step), config, config.reach, config.turn)
             if score > best_score + 0.02:
                 best, best_score = found, score
             if best_score > self.config.good_score:
                 break
-        return self._refined(points, best, tries[0], self.matching.gates, best_score)
+        return settle(place, points, best, best_score, config, self._information(best, tries[0]))
 
     def _insert(
         self,
@@ -213,6 +223,7 @@ class Tracker:
             wheels = None
             if odometry is not None and self._key_odometry is not None:
                 wheels = se2.between(self._key_odometry, odometry)
+            self.moves.append(moved)
             self.factors.extend(self._factors(moved, wheels, match))
             if match is not None and wheels is not None:
                 self.calibration = self.calibration.learned(wheels, moved, self.motion)
@@ -220,7 +231,7 @@ class Tracker:
         self.key_poses.append(pose)
         self.anchors.append((len(self.keys) - 1, np.zeros(3)))
         self._key_odometry = odometry
-        self._target = None
+        self._target = self._surroundings = None
 
     def _factors(
         self, moved: Float[np.ndarray, "3"], wheels: Float[np.ndarray, "3"] | None, match: Match | None
@@ -236,6 +247,25 @@ class Tracker:
             root = np.linalg.cholesky(matched_information(match, self.config)).T
             out.append(PoseFactor(i, j, moved, root, "matching"))
         return out
+
+
+def carried_along(
+    poses: Float[np.ndarray, "scans 3"],
+    key_scans: Int[np.ndarray, "n"],
+    before: Float[np.ndarray, "n 3"],
+    after: Float[np.ndarray, "n 3"],
+) -> Float[np.ndarray, "scans 3"]:
+    """Poses of all scans after their key scans moved from `before` to `after`.
+
+    Each goes along with the key scans on both sides of it, the difference spread evenly over the scans between them.
+    """
+    index = np.arange(len(poses))
+    left = np.clip(np.searchsorted(key_scans, index, side="right") - 1, 0, None)
+    right = np.minimum(left + 1, len(key_scans) - 1)
+    with_left = se2.compose(after[left], se2.between(before[left], poses))
+    with_right = se2.compose(after[right], se2.between(before[right], poses))
+    gap = np.maximum(key_scans[right] - key_scans[left], 1)
+    return se2.interpolate(with_left, with_right, np.where(right > left, (index - key_scans[left]) / gap, 0.0))
 
 
 def matched_information(match: Match, config: TrackingConfig) -> Float[np.ndarray, "3 3"]:

@@ -97,14 +97,12 @@ def supernode_ends(begin, parent, offset, slack, widest):
     """
     n = len(parent)
     ends, count, first, zeros = np.empty(n, np.int64), 0, 0, 0
-    below = np.empty(n, np.int64)
     for j in range(n):
-        below[j] = begin[j + 1] - begin[j]
         joins = j + 1 < n and parent[j] == j + 1 and offset[j + 2] - offset[first] <= widest
         if joins:
-            missing = (below[j + 1] + 1 - below[j]) * (j + 1 - first)
-            run = j + 2 - first
-            stored = run * (run + 1) // 2 + run * below[j + 1]
+            below, run = begin[j + 2] - begin[j + 1], j + 2 - first
+            missing = (below + 1 - begin[j + 1] + begin[j]) * (run - 1)
+            stored = run * (run + 1) // 2 + run * below
             if zeros + missing > slack * stored and run > 4:
                 joins = False
             else:

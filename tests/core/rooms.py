@@ -1,0 +1,59 @@
+"""A small furnished room of straight walls, and laser scans of it, for tests."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam import se2
+from bspline_slam.scan import LaserScan
+
+ROOM = np.array(
+    [
+        [[0.0, 0.0], [6.0, 0.0]],
+        [[6.0, 0.0], [6.0, 4.0]],
+        [[6.0, 4.0], [2.5, 4.0]],
+        [[2.5, 4.0], [2.5, 5.0]],
+        [[2.5, 5.0], [0.0, 5.0]],
+        [[0.0, 5.0], [0.0, 0.0]],
+        [[4.0, 2.5], [4.6, 2.5]],
+        [[4.6, 2.5], [4.6, 3.1]],
+        [[4.6, 3.1], [4.0, 3.1]],
+        [[4.0, 3.1], [4.0, 2.5]],
+    ]
+)
+"""Walls (w, 2 ends, 2): an L-shaped room of 6 × 5 m with a box in it."""
+
+LASER = np.array([0.1, 0.0, 0.0])
+
+
+def room_scan(
+    pose: Float[np.ndarray, "3"],
+    rng: np.random.Generator,
+    *,
+    index: int = 0,
+    noise: float = 0.01,
+    walls: Float[np.ndarray, "w 2 2"] = ROOM,
+    beams: int = 361,
+) -> LaserScan:
+    """What a laser with a field of view of 270° sees from a robot at `pose`."""
+    bearings = np.linspace(-0.75 * np.pi, 0.75 * np.pi, beams)
+    sensor = se2.compose(pose, LASER)
+    angle = sensor[2] + bearings
+    u = np.stack([np.cos(angle), np.sin(angle)], -1)
+    a, d = walls[:, 0] - sensor[:2], walls[:, 1] - walls[:, 0]
+    cross = u[:, None, 0] * d[None, :, 1] - u[:, None, 1] * d[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = (a[None, :, 0] * d[None, :, 1] - a[None, :, 1] * d[None, :, 0]) / cross
+        along = (a[None, :, 0] * u[:, None, 1] - a[None, :, 1] * u[:, None, 0]) / cross
+    reach = np.where((along >= 0) & (along <= 1) & (reach > 0), reach, np.inf).min(1)
+    ranges = reach + noise * rng.normal(size=beams)
+    return LaserScan(index, 0.1 * index, ranges, bearings, 0.05, 20.0, LASER)
+
+
+def loop_path(count: int) -> Float[np.ndarray, "n 3"]:
+    """Poses around the box in the middle of the room and back to the start."""
+    angle = np.linspace(0.0, 2 * np.pi, count)
+    x, y = 3.0 + 1.9 * np.cos(angle - np.pi / 2), 2.0 + 1.2 * np.sin(angle - np.pi / 2)
+    heading = np.arctan2(np.gradient(y), np.gradient(x))
+    return np.stack([x, y, heading], -1)

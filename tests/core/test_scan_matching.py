@@ -1,0 +1,131 @@
+"""Scan matching: search finds what refinement alone cannot, and the whole is equivariant."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from core.rooms import room_scan
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bspline_slam import se2
+from bspline_slam.icp import IcpConfig, align, icp_map
+from bspline_slam.scan_matching import (
+    MatchingConfig,
+    PointSet,
+    gather,
+    point_set,
+    refine,
+    search,
+    settle,
+    surroundings,
+)
+from bspline_slam.segmentation import SegmentationConfig
+
+CONFIG = MatchingConfig()
+HERE = np.array([2.0, 1.8, 0.6])
+OFFSETS = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.17, 0.17)).map(np.array)
+
+
+def seen_from(pose: np.ndarray, seed: int) -> PointSet:
+    return point_set(room_scan(pose, np.random.default_rng(seed)), CONFIG, SegmentationConfig())
+
+
+MAP_POSES = np.array([[2.0, 1.5, 0.0], [1.5, 1.2, 2.0], [3.0, 1.3, -2.0]])
+MAP = gather([seen_from(pose, k) for k, pose in enumerate(MAP_POSES)], MAP_POSES)
+PLACE = surroundings(MAP, CONFIG)
+
+
+def off(found: np.ndarray, truth: np.ndarray = HERE) -> tuple[float, float]:
+    d = se2.between(truth, found)
+    return float(np.hypot(d[0], d[1])), float(abs(d[2]))
+
+
+def test_normals_point_at_the_sensor_and_across_walls() -> None:
+    points = seen_from(HERE, 9)
+    known = np.abs(points.normals).sum(1) > 0
+    assert known.mean() > 0.9
+    towards = np.array([0.1, 0.0]) - points.points
+    assert ((points.normals * towards).sum(1)[known] >= 0).all()
+    world = se2.rotate(HERE, points.normals[known])
+    assert (np.abs(world).max(1) > 0.97).mean() > 0.85
+
+
+@settings(max_examples=25)
+@given(OFFSETS, st.integers(10, 20))
+def test_search_and_settle_find_the_pose_from_anywhere_in_the_window(offset: np.ndarray, seed: int) -> None:
+    scan = seen_from(HERE, seed)
+    found, score = search(PLACE.field, scan, se2.compose(HERE, offset), CONFIG, 0.5, 0.25)
+    distance, turn = off(found)
+    assert score > 0.6
+    assert distance < 0.08
+    assert turn < 0.02
+    match = settle(PLACE, scan, found, score, CONFIG)
+    distance, turn = off(match.pose)
+    assert distance < 0.01
+    assert turn < 0.005
+    assert match.inliers > 0.8
+
+
+def test_block_bounds_never_hide_the_best_pose() -> None:
+    """Branch and bound gives the same pose as blocks of one cell, which bound nothing."""
+    scan = seen_from(HERE, 5)
+    guess = se2.compose(HERE, np.array([0.2, -0.15, 0.08]))
+    plain = surroundings(MAP, CONFIG, block=1)
+    found, score = search(PLACE.field, scan, guess, CONFIG, 0.4, 0.2)
+    expected, expected_score = search(plain.field, scan, guess, CONFIG, 0.4, 0.2)
+    np.testing.assert_allclose(found, expected)
+    assert score == pytest.approx(expected_score)
+
+
+@given(st.floats(-20, 20), st.floats(-20, 20), st.floats(-3, 3))
+def test_refinement_moves_with_the_world(x: float, y: float, turn: float) -> None:
+    move = np.array([x, y, turn])
+    scan = seen_from(HERE, 6)
+    guess = se2.compose(HERE, np.array([0.03, -0.02, 0.01]))
+    moved_map = gather([seen_from(p, k) for k, p in enumerate(MAP_POSES)], se2.compose(move, MAP_POSES))
+    here = refine(MAP, scan, guess, CONFIG).pose
+    there = refine(moved_map, scan, se2.compose(move, guess), CONFIG).pose
+    np.testing.assert_allclose(se2.between(se2.compose(move, here), there), 0.0, atol=2e-3)
+
+
+def test_stated_information_matches_the_scatter_of_many_scans() -> None:
+    """Widened by the shared noise of the map, but of the right size: within a factor of three in every direction."""
+    matches = [refine(MAP, seen_from(HERE, seed), HERE, CONFIG) for seed in range(100, 160)]
+    scatter = np.cov(np.array([se2.between(HERE, m.pose) for m in matches]).T)
+    stated = np.linalg.inv(matches[0].information)
+    ratio = np.sqrt(np.diag(scatter) / np.diag(stated))
+    assert ((ratio > 1 / 3) & (ratio < 3)).all()
+
+
+def test_a_corridor_leaves_the_pose_along_it_to_the_prior() -> None:
+    walls = np.array([[[-30.0, -1.0], [30.0, -1.0]], [[-30.0, 1.0], [30.0, 1.0]]])
+    rng = np.random.default_rng(2)
+    scan = room_scan(np.zeros(3), rng, walls=walls)
+    points = point_set(scan, CONFIG, SegmentationConfig())
+    match = refine(gather([points], np.zeros((1, 3))), points, np.zeros(3), CONFIG)
+    assert match.information[0, 0] < 1e-2 * match.information[1, 1]
+
+
+@pytest.mark.parametrize("shift", [0.05, 0.15])
+def test_icp_closes_in_on_the_pose(shift: float) -> None:
+    scan = seen_from(HERE, 7)
+    guess = se2.compose(HERE, np.array([shift, -shift, 0.3 * shift]))
+    config = IcpConfig()
+    found = align(icp_map(MAP.points, config), scan.points, guess, config)
+    assert off(found)[0] < 0.5 * off(guess)[0]
+
+
+def test_icp_on_a_single_wall_does_not_leave_the_plane() -> None:
+    wall = np.stack([np.linspace(0, 3, 60), np.ones(60)], -1)
+    config = IcpConfig()
+    found = align(icp_map(wall, config), wall, np.array([0.0, 0.02, 0.0]), config)
+    assert np.isfinite(found).all()
+    assert abs(found[1]) < 0.03
+
+
+def test_a_scan_without_beams_matches_nothing() -> None:
+    nothing = PointSet(np.zeros((0, 2)), np.zeros((0, 2)))
+    found, score = search(PLACE.field, nothing, HERE, CONFIG, 0.4, 0.2)
+    assert score == 0.0
+    assert settle(PLACE, nothing, found, score, CONFIG).inliers == 0.0
