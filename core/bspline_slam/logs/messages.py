@@ -38,6 +38,11 @@ class Recording:
 
 def canonical_type(name: str) -> str:
     """`sensor_msgs/LaserScan` and `sensor_msgs/msg/LaserScan` are one; the old tf message is laid out like the new."""
-    parts = name.split("/")
-    full = name if len(parts) != 2 else f"{parts[0]}/msg/{parts[1]}"
+    parts = printable(name).split("/")
+    full = "/".join([parts[0], "msg", parts[1]] if len(parts) == 2 else parts)
     return _SAME_LAYOUT.get(full, full)
+
+
+def printable(name: str) -> str:
+    """A name as it may stand in a sentence, whatever a damaged file made of it."""
+    return "".join(character if character.isprintable() else "?" for character in name)

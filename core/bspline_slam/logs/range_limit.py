@@ -12,6 +12,7 @@ SICK_LIMITS = ((8.183, 8.191), (16.375, 16.383), (32.759, 32.767), (81.83, 81.91
 
 _ROUND_LIMITS = (8.0, 10.0, 16.0, 20.0, 25.0, 30.0, 32.0, 40.0, 50.0, 60.0, 80.0, 81.9, 100.0)
 _LEAST_LIMIT = 3.0  # no laser scanner sees less far (m)
+_LEAST_ANNOUNCED = 0.5  # what a log announces below this is a mistake (m)
 _TOLERANCE = 1e-6
 
 
@@ -34,7 +35,7 @@ def range_limit(scans: Sequence[Float[np.ndarray, "_"]], announced: float | None
     while top is not None:
         limit = top
         top = _outstanding(readings[readings < limit], beams[readings < limit], known=False)
-    if announced is not None and 0 < announced < limit:
+    if announced is not None and _LEAST_ANNOUNCED <= announced < limit:
         beyond = np.count_nonzero((readings > announced + _TOLERANCE) & (readings < limit))
         limit = announced if beyond <= 0.01 * len(readings) else limit
     if np.isfinite(limit):

@@ -17,7 +17,15 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
-from bspline_slam.logs.messages import LASER_SCAN, ODOMETRY, TRANSFORMS, RawMessage, Recording, canonical_type
+from bspline_slam.logs.messages import (
+    LASER_SCAN,
+    ODOMETRY,
+    TRANSFORMS,
+    RawMessage,
+    Recording,
+    canonical_type,
+    printable,
+)
 
 BAG_MAGIC = b"#ROSBAG V"
 
@@ -77,7 +85,7 @@ def _records(
             if part[b"op"][0] != _CHUNK:
                 yield from _records(part, inner_body, connections, topics)
     elif kind == _CONNECTION:
-        topic = header[b"topic"].decode()
+        topic = printable(header[b"topic"].decode())
         about = _fields(body)
         connections[_integer(header[b"conn"])] = topic, canonical_type(about[b"type"].decode())
         topics[topic] = canonical_type(about[b"type"].decode())

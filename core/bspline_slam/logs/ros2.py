@@ -14,7 +14,15 @@ from rosbags.typesys import Stores, get_typestore
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
-from bspline_slam.logs.messages import LASER_SCAN, ODOMETRY, TRANSFORMS, RawMessage, Recording, canonical_type
+from bspline_slam.logs.messages import (
+    LASER_SCAN,
+    ODOMETRY,
+    TRANSFORMS,
+    RawMessage,
+    Recording,
+    canonical_type,
+    printable,
+)
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 SQLITE_MAGIC = b"SQLite format 3\x00"
@@ -89,7 +97,7 @@ def _messages(
             total = max(sum(connection.msgcount for connection in wanted), 1)
             for done, (connection, nanoseconds, payload) in enumerate(reader.messages(wanted) if wanted else ()):
                 kind = canonical_type(connection.msgtype)
-                yield RawMessage(connection.topic, kind, 1e-9 * nanoseconds, bytes(payload))
+                yield RawMessage(printable(connection.topic), kind, 1e-9 * nanoseconds, bytes(payload))
                 if done % 1000 == 0:
                     progress((number + min(done / total, 1.0)) / len(readers))
         except Exception as error:  # as above; what was read before it stands
@@ -103,10 +111,12 @@ def _wanted(connections: list[Connection], topics: dict[str, str], notes: list[s
     wanted = []
     for connection in connections:
         kind = canonical_type(connection.msgtype)
-        topics[connection.topic] = kind
+        topics[printable(connection.topic)] = kind
         encoding = getattr(connection.ext, "serialization_format", "cdr")
         if kind in _WANTED and encoding != "cdr":
-            notes.append(f"Topic {connection.topic} is left out: its messages are encoded as {encoding}, not as CDR.")
+            notes.append(
+                f"Topic {printable(connection.topic)} is left out: its messages are encoded as {encoding}, not as CDR."
+            )
         elif kind in _WANTED:
             wanted.append(connection)
     return wanted
@@ -114,4 +124,4 @@ def _wanted(connections: list[Connection], topics: dict[str, str], notes: list[s
 
 def reason(error: Exception) -> str:
     """The text of a foreign error as the end of a sentence."""
-    return (str(error) or type(error).__name__).rstrip(". ")
+    return printable(" ".join(str(error).split()) or type(error).__name__).rstrip(". ")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gzip
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -45,16 +47,14 @@ def mutated(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
     return data
 
 
-@pytest.fixture(scope="module")
-def bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """A short recording in each format."""
-    out: dict[str, bytes] = {}
-    for kind in ("bag", "db3", "mcap"):
-        bag = Bag(kind)
-        bag.drive(3)
-        bag.transform(100.1, "odom", "base_link", (1, 0, 0))
-        out[kind] = bag.write_file(tmp_path_factory.mktemp(kind)).read_bytes()
-    return out
+@cache
+def recording(kind: str) -> bytes:
+    """A short recording in one format."""
+    bag = Bag(kind)
+    bag.drive(3)
+    bag.transform(100.1, "odom", "base_link", (1, 0, 0))
+    with TemporaryDirectory() as folder:
+        return bag.write_file(Path(folder)).read_bytes()
 
 
 @SHARED_FOLDER
@@ -123,10 +123,8 @@ def test_mutated_carmen_logs(tmp_path: Path, edits: list[tuple[int, int, bytes]]
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
 @SHARED_FOLDER
 @given(edits=EDITS, cut=st.integers(0, 10**9))
-def test_mutated_bags(
-    tmp_path: Path, bags: dict[str, bytes], kind: str, edits: list[tuple[int, int, bytes]], cut: int
-) -> None:
-    data = bags[kind]
+def test_mutated_bags(tmp_path: Path, kind: str, edits: list[tuple[int, int, bytes]], cut: int) -> None:
+    data = recording(kind)
     path = tmp_path / f"drive.{kind}"
     for damaged in (
         mutated(data, edits),
