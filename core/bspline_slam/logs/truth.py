@@ -29,7 +29,7 @@ def truth_at(file: Path, stamps: Float[np.ndarray, "scans"]) -> tuple[Float[np.n
         lines = [line.split() for line in file.read_text().splitlines() if line.strip() and not line.startswith("#")]
         rows = np.array(lines, dtype=float)
     except (ValueError, OSError):
-        rows = np.zeros(0)
+        rows = np.zeros((0, 0))
     if rows.ndim != 2 or rows.shape[1] != 8 or not np.isfinite(rows).all():
         return None, [f"{left_out}: each line needs eight numbers (t x y z qx qy qz qw)."]
     _, first = np.unique(rows[:, 0], return_index=True)
