@@ -20,8 +20,8 @@ from bspline_slam.association import (
     candidates_of,
     cut_into_pieces,
 )
-from bspline_slam.bspline import BSpline
-from bspline_slam.fitting import FittingConfig, cumulated_chords, second_differences, uniform_through
+from bspline_slam.fitting import FittingConfig, cumulated_chords, uniform_through
+from bspline_slam.growth import largest_distance, left_normals, lengthened, smooth_cuts, sparse_cuts
 from bspline_slam.kernels import matching as kernels
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline, SplineMap
@@ -39,6 +39,12 @@ class _Sampled:
     points: Float[np.ndarray, "s 2"]
     normals: Float[np.ndarray, "s 2"]
     box: Float[np.ndarray, "4"]
+
+    def end(self, *, forward: bool) -> tuple[Float[np.ndarray, "2"], Float[np.ndarray, "2"]]:
+        """The last point of the curve (or its first) and the unit direction in which it leaves there."""
+        k = -1 if forward else 0
+        across = self.normals[k] if forward else -self.normals[k]
+        return self.points[k], np.array([across[1], -across[0]])
 
 
 def _sampled(spline: MapSpline) -> _Sampled:
@@ -102,12 +108,7 @@ class MapBuilder:
 
     def near(self, points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"]) -> Explanation:
         """The splines that explain each world point, nearest first."""
-        low, high = points.min(0), points.max(0)
-        close = [
-            s
-            for s in self._splines.values()
-            if s.box[0] <= high[0] and s.box[1] <= high[1] and s.box[2] >= low[0] and s.box[3] >= low[1]
-        ]
+        close = self._close_to(points)
         shape = (len(points), self.config.candidates)
         if not close:
             return Explanation(np.full(shape, -1), np.zeros(shape), np.zeros(shape))
@@ -128,6 +129,16 @@ class MapBuilder:
         along = off[..., 0] * sample_normals[hit][..., 1] - off[..., 1] * sample_normals[hit][..., 0]
         good = (found >= 0) & (np.abs(across) < self.config.gate) & (np.abs(along) < self.config.along)
         return Explanation(np.where(good, owner[hit], -1), sample_t[hit] + along, across)
+
+    def _close_to(self, points: Float[np.ndarray, "m 2"]) -> list[_Sampled]:
+        """Splines whose bounding box meets that of the points."""
+        held = list(self._splines.values())
+        if not held:
+            return []
+        box = np.array([s.box for s in held])
+        low, high = points.min(0), points.max(0)
+        meets = (box[:, :2] <= high).all(1) & (box[:, 2:] >= low).all(1)
+        return [held[k] for k in np.flatnonzero(meets)]
 
     # -- decisions ---------------------------------------------------------------------------------------------
     def _decide(
@@ -222,7 +233,7 @@ class MapBuilder:
     def _extend(self, spline: int, points: Float[np.ndarray, "m 2"], scan: int, *, forward: bool) -> bool:
         """Lengthen a spline through points beyond its end (or start), if they carry on from there."""
         held = self._splines[spline]
-        if not self._carries_on(held.spline, points, forward=forward):
+        if not self._carries_on(held, points, forward=forward):
             return False
         curve, span = lengthened(held.spline, points, self.fitting, forward=forward)
         gain = (span[1] - span[0]) - (held.spline.span[1] - held.spline.span[0])
@@ -232,18 +243,15 @@ class MapBuilder:
         self._splines[spline] = _sampled(replace(held.spline, curve=curve, span=span, history=history))
         return True
 
-    def _carries_on(self, spline: MapSpline, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
+    def _carries_on(self, held: _Sampled, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
         """Whether points lie beyond the end of a curve, near it, and in its direction."""
-        t = spline.span[1] if forward else spline.span[0]
-        end = spline.curve(np.array([t]))[0]
-        out = spline.curve(np.array([t]), 1)[0] * (1.0 if forward else -1.0)
+        end, out = held.end(forward=forward)
         off = (points if forward else points[::-1]) - end
         away = np.linalg.norm(off, axis=1)
-        bend = np.arccos(np.clip(off @ out / (away * np.linalg.norm(out) + 1e-12), -1.0, 1.0))
-        beyond = away > self.config.along
-        if not beyond.any():
+        beyond = int(np.argmax(away > self.config.along))
+        if away[0] >= self.config.extension or away[beyond] <= self.config.along:
             return False
-        return bool(away[0] < self.config.extension and bend[beyond][0] < self.config.join_turn)
+        return bool(off[beyond] @ out > np.cos(self.config.join_turn) * away[beyond])
 
     def _join_neighbours(self, scan: int, decided: Sequence[Association]) -> None:
         """Two splines that one segment shows to follow each other become one; the older id lives on."""
@@ -251,14 +259,14 @@ class MapBuilder:
             if before.segment != after.segment or before.spline is None or after.spline is None:
                 continue
             a, b = self.heir(before.spline), self.heir(after.spline)
-            if a != b and self._meet(self._splines[a].spline, self._splines[b].spline):
+            if a != b and self._meet(self._splines[a], self._splines[b]):
                 self._join(a, b, scan)
 
-    def _meet(self, a: MapSpline, b: MapSpline) -> bool:
-        end, start = a.curve(np.array([a.span[1]]))[0], b.curve(np.array([b.span[0]]))[0]
-        out, into = a.curve(np.array([a.span[1]]), 1)[0], b.curve(np.array([b.span[0]]), 1)[0]
-        bend = np.arccos(np.clip(out @ into / (np.linalg.norm(out) * np.linalg.norm(into) + 1e-12), -1, 1))
-        return bool(np.linalg.norm(start - end) < self.config.join_gap and bend < self.config.join_turn)
+    def _meet(self, a: _Sampled, b: _Sampled) -> bool:
+        """Whether b starts where a ends, in the same direction."""
+        (end, out), (start, back) = a.end(forward=True), b.end(forward=False)
+        near = np.linalg.norm(start - end) < self.config.join_gap
+        return bool(near and -(out @ back) > np.cos(self.config.join_turn))
 
     def _join(self, a: int, b: int, scan: int) -> None:
         """Join b to the end of a under the lower id."""
@@ -270,93 +278,9 @@ class MapBuilder:
             self._splines[a], self._splines[b] = first, second
             return
         keep, gone = min(a, b), max(a, b)
-        held = self._splines_value(first.spline, second.spline, keep)
-        history = (*held.history, f"joined spline {gone} at scan {scan}")
+        older, other = (first.spline, second.spline) if first.spline.id == keep else (second.spline, first.spline)
+        history = (*older.history, f"joined spline {gone} at scan {scan}")
         span = (0.0, float(cumulated_chords(points)[-1]))
-        self._splines[keep] = _sampled(replace(held, curve=curve, span=span, history=history))
+        observations = max(older.observations, other.observations)
+        self._splines[keep] = _sampled(MapSpline(keep, curve, span, min(older.born, other.born), observations, history))
         self.heirs[gone] = keep
-
-    @staticmethod
-    def _splines_value(a: MapSpline, b: MapSpline, keep: int) -> MapSpline:
-        older = a if a.id == keep else b
-        return replace(older, born=min(a.born, b.born), observations=max(a.observations, b.observations))
-
-
-def largest_distance(curve: BSpline, span: tuple[float, float], points: Float[np.ndarray, "m 2"]) -> float:
-    """Largest distance of points to a stretch of curve, to the nearest centimetre of arc (m)."""
-    _, samples = curve.sample(0.01, span)
-    return float(np.sqrt(((points[:, None] - samples[None]) ** 2).sum(-1).min(1).max()))
-
-
-def sparse_cuts(points: Float[np.ndarray, "m 2"], config: AssociationConfig) -> list[int]:
-    """Where to cut a run (robot frame) because the surface between two beam ends is anybody's guess: they lie farther
-    apart than `sparse_gap` and than `sparse_ratio` times what a wall facing the robot would give."""
-    gap = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    across = np.abs(points[:-1, 0] * points[1:, 1] - points[:-1, 1] * points[1:, 0])
-    facing = across / np.maximum(np.linalg.norm(points[:-1], axis=1), 1e-9)
-    wide = (gap > config.sparse_gap) & (gap > config.sparse_ratio * facing)
-    return [0, *(int(k) + 1 for k in np.flatnonzero(wide)), len(points)]
-
-
-def smooth_cuts(points: Float[np.ndarray, "m 2"], fitting: FittingConfig, tolerance: float) -> list[int]:
-    """Where to cut a run so that a curve at the configured knot spacing stays within `tolerance` of every point (m)."""
-    m = len(points)
-    if m < 4 or cumulated_chords(points)[-1] < 1e-6:
-        return [0, m]
-    curve = uniform_through(points, fitting)
-    off = np.linalg.norm(curve(cumulated_chords(points)) - points, axis=1)
-    worst = int(np.argmax(off))
-    if off[worst] <= tolerance:
-        return [0, m]
-    cut = min(max(worst, 2), m - 2)
-    left = smooth_cuts(points[:cut], fitting, tolerance)
-    right = smooth_cuts(points[cut:], fitting, tolerance)
-    return [*left, *(cut + k for k in right[1:])]
-
-
-def left_normals(points: Float[np.ndarray, "m 2"], reach: int = 3) -> Float[np.ndarray, "m 2"]:
-    """Unit normals of a polygon, its chord over ±`reach` points turned left (towards the robot, for a segment)."""
-    index = np.arange(len(points))
-    chord = points[np.minimum(index + reach, len(points) - 1)] - points[np.maximum(index - reach, 0)]
-    chord = chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12)
-    return np.stack([-chord[:, 1], chord[:, 0]], -1)
-
-
-def lengthened(
-    spline: MapSpline, points: Float[np.ndarray, "m 2"], fitting: FittingConfig, *, forward: bool
-) -> tuple[BSpline, tuple[float, float]]:
-    """The curve grown through `points` beyond its end (or before its start): control points are appended, and only
-    those that shape the old end or the new stretch are solved for again."""
-    if not forward:
-        turned = replace(spline, curve=spline.curve.reversed(), span=_mirrored(spline.curve, spline.span))
-        grown, span = lengthened(turned, points[::-1], fitting, forward=True)
-        back, span = grown.reversed(), _mirrored(grown, span)
-        shift = back.domain[1] - spline.curve.domain[1]
-        return BSpline(back.degree, back.knots - shift, back.control_points), (span[0] - shift, span[1] - shift)
-    curve, (low, high) = spline.curve, spline.span
-    spacing = float(curve.knots[curve.degree + 1] - curve.knots[curve.degree])
-    end = curve(np.array([high]))[0]
-    ahead = ((points - end) * curve(np.array([high]), 1)[0]).sum(1) > 0
-    points = points[ahead]
-    if len(points) == 0:
-        return curve, spline.span
-    t_new = high + cumulated_chords(np.concatenate([end[None], points]))[1:]
-    reach = float(t_new[-1])
-    grown = curve.extended(after=max(int(np.ceil((reach - curve.domain[1]) / spacing - 1e-9)), 0))
-    free = np.flatnonzero(grown.knots[np.arange(len(grown.control_points)) + grown.degree + 1] > high - 1e-9)
-    t_old = np.linspace(max(low, high - 3 * spacing), high, 16)
-    B = grown.basis(np.concatenate([t_old, t_new]))
-    right = np.concatenate([curve(t_old), points])
-    D = second_differences(len(grown.control_points))[:, :] * 0.05
-    D = D[(D[:, free] != 0).any(1)]
-    fixed = np.setdiff1d(np.arange(len(grown.control_points)), free)
-    c = grown.control_points.copy()
-    M = np.concatenate([B[:, free], D[:, free]])
-    y = np.concatenate([right - B[:, fixed] @ c[fixed], -D[:, fixed] @ c[fixed]])
-    c[free] = np.linalg.lstsq(M, y, rcond=None)[0]
-    return grown.with_control_points(c), (low, reach)
-
-
-def _mirrored(curve: BSpline, span: tuple[float, float]) -> tuple[float, float]:
-    total = float(curve.knots[0] + curve.knots[-1])
-    return total - span[1], total - span[0]

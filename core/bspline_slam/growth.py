@@ -1,0 +1,93 @@
+"""How a map curve grows: where a run of beams is one smooth curve, and how a curve is lengthened through it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.association import AssociationConfig
+from bspline_slam.bspline import BSpline
+from bspline_slam.fitting import FittingConfig, cumulated_chords, second_differences, uniform_through
+from bspline_slam.spline_map import MapSpline
+
+
+def largest_distance(curve: BSpline, span: tuple[float, float], points: Float[np.ndarray, "m 2"]) -> float:
+    """Largest distance of points to a stretch of curve, to the nearest centimetre of arc (m)."""
+    _, samples = curve.sample(0.01, span)
+    return float(np.sqrt(((points[:, None] - samples[None]) ** 2).sum(-1).min(1).max()))
+
+
+def sparse_cuts(points: Float[np.ndarray, "m 2"], config: AssociationConfig) -> list[int]:
+    """Where to cut a run (robot frame) because the surface between two beam ends is anybody's guess: they lie farther
+    apart than `sparse_gap` and than `sparse_ratio` times what a wall facing the robot would give."""
+    gap = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    across = np.abs(points[:-1, 0] * points[1:, 1] - points[:-1, 1] * points[1:, 0])
+    facing = across / np.maximum(np.linalg.norm(points[:-1], axis=1), 1e-9)
+    wide = (gap > config.sparse_gap) & (gap > config.sparse_ratio * facing)
+    return [0, *(int(k) + 1 for k in np.flatnonzero(wide)), len(points)]
+
+
+def smooth_cuts(points: Float[np.ndarray, "m 2"], fitting: FittingConfig, tolerance: float) -> list[int]:
+    """Where to cut a run so that a curve at the configured knot spacing stays within `tolerance` of every point (m)."""
+    m = len(points)
+    if m < 4 or cumulated_chords(points)[-1] < 1e-6:
+        return [0, m]
+    curve = uniform_through(points, fitting)
+    off = np.linalg.norm(curve(cumulated_chords(points)) - points, axis=1)
+    worst = int(np.argmax(off))
+    if off[worst] <= tolerance:
+        return [0, m]
+    cut = min(max(worst, 2), m - 2)
+    left = smooth_cuts(points[:cut], fitting, tolerance)
+    right = smooth_cuts(points[cut:], fitting, tolerance)
+    return [*left, *(cut + k for k in right[1:])]
+
+
+def left_normals(points: Float[np.ndarray, "m 2"], reach: int = 3) -> Float[np.ndarray, "m 2"]:
+    """Unit normals of a polygon, its chord over ±`reach` points turned left (towards the robot, for a segment)."""
+    index = np.arange(len(points))
+    chord = points[np.minimum(index + reach, len(points) - 1)] - points[np.maximum(index - reach, 0)]
+    chord = chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12)
+    return np.stack([-chord[:, 1], chord[:, 0]], -1)
+
+
+def lengthened(
+    spline: MapSpline, points: Float[np.ndarray, "m 2"], fitting: FittingConfig, *, forward: bool
+) -> tuple[BSpline, tuple[float, float]]:
+    """The curve grown through `points` beyond its end (or before its start): control points are appended, and only
+    those that shape the old end or the new stretch are solved for again."""
+    if not forward:
+        turned = replace(spline, curve=spline.curve.reversed(), span=_mirrored(spline.curve, spline.span))
+        grown, span = lengthened(turned, points[::-1], fitting, forward=True)
+        back, span = grown.reversed(), _mirrored(grown, span)
+        shift = back.domain[1] - spline.curve.domain[1]
+        return BSpline(back.degree, back.knots - shift, back.control_points), (span[0] - shift, span[1] - shift)
+    curve, (low, high) = spline.curve, spline.span
+    spacing = float(curve.knots[curve.degree + 1] - curve.knots[curve.degree])
+    end = curve(np.array([high]))[0]
+    ahead = ((points - end) * curve(np.array([high]), 1)[0]).sum(1) > 0
+    points = points[ahead]
+    if len(points) == 0:
+        return curve, spline.span
+    t_new = high + cumulated_chords(np.concatenate([end[None], points]))[1:]
+    reach = float(t_new[-1])
+    grown = curve.extended(after=max(int(np.ceil((reach - curve.domain[1]) / spacing - 1e-9)), 0))
+    free = np.flatnonzero(grown.knots[np.arange(len(grown.control_points)) + grown.degree + 1] > high - 1e-9)
+    t_old = np.linspace(max(low, high - 3 * spacing), high, 16)
+    B = grown.basis(np.concatenate([t_old, t_new]))
+    right = np.concatenate([curve(t_old), points])
+    D = second_differences(len(grown.control_points)) * 0.05
+    D = D[(D[:, free] != 0).any(1)]
+    fixed = np.setdiff1d(np.arange(len(grown.control_points)), free)
+    c = grown.control_points.copy()
+    M = np.concatenate([B[:, free], D[:, free]])
+    y = np.concatenate([right - B[:, fixed] @ c[fixed], -D[:, fixed] @ c[fixed]])
+    c[free] = np.linalg.lstsq(M, y, rcond=None)[0]
+    return grown.with_control_points(c), (low, reach)
+
+
+def _mirrored(curve: BSpline, span: tuple[float, float]) -> tuple[float, float]:
+    total = float(curve.knots[0] + curve.knots[-1])
+    return total - span[1], total - span[0]
