@@ -10,9 +10,9 @@ const PRESSING = new Set([" ", "Enter"]); // these work a focused button
 const STEERING = /^(Arrow|Home|End|Page)/; // these work a focused slider, tab or list
 const CLICK_PIXELS = 4;
 
-const writes = (target) => target.matches?.("input:not([type=range]), textarea, select, [contenteditable=true]");
+const writes = (target) => target.matches?.("input:not([type=range], [type=checkbox]), textarea, select, [contenteditable=true]");
 const steers = (target) => target.closest?.("[role=slider], [role=tablist], [role=listbox], [role=menu], [role=dialog]");
-const presses = (target) => target.closest?.("button, a[href], summary, [role=button], [role=switch]");
+const presses = (target) => target.closest?.("button, input[type=checkbox], a[href], summary, [role=button], [role=switch]");
 
 /** The name of a key press: "f", "?", " ", "Shift+ArrowRight", "Ctrl+z"; a shifted character is that character. */
 export function nameOf(event) {
@@ -43,7 +43,14 @@ function pointerDown(event) {
   down = event.target === viewer()?.canvas && event.button === 0 && event.isPrimary ? event : null;
 }
 
+// A click on a button or a tab leaves the keys with the map; who works it by keyboard keeps it.
+function release() {
+  const focused = document.activeElement;
+  if (focused && focused !== document.body && !writes(focused)) focused.blur();
+}
+
 function pointerUp(event) {
+  setTimeout(release);
   if (!down) return;
   const moved = Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
   if (moved <= CLICK_PIXELS && event.pointerId === down.pointerId) send("click", worldAt(down));

@@ -68,8 +68,9 @@ def estimate(view: MapView, theme: Theme, detail: Detail) -> Strokes:
 
 
 def odometry(view: MapView, theme: Theme, detail: Detail) -> Strokes:
-    """Dead reckoning, dashed."""
-    return _path(view.odometry, LineStyle.DASHED, theme.legible(GREY), detail) if view.odometry is not None else NONE
+    """Dead reckoning, dashed and quiet: it is mostly wrong."""
+    quiet = theme.faint(theme.legible(GREY), 0.6)
+    return _path(view.odometry, LineStyle.DASHED, quiet, detail) if view.odometry is not None else NONE
 
 
 def truth(view: MapView, theme: Theme, detail: Detail) -> Strokes:

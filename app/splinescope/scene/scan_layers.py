@@ -16,6 +16,7 @@ from splinescope.scene.strokes import Strokes, dashed, glyphs, polyline
 from splinescope.view import FittedSegment, MapView, ScanView, Selection
 
 MOST_DASHES = 12  # on one ray
+READABLE = 0.03  # m per pixel: farther away the signs would only cover each other
 GHOST_REACH = 6.0  # m: how far beams without an echo are drawn at least
 ROBOT_PIXELS = 11.0
 ROBOT_LENGTH = 0.35  # m
@@ -213,4 +214,4 @@ def _placed(fitted: FittedSegment, view: ScanView) -> Float[np.ndarray, "n 2"]:
 
 
 def _readable(detail: Detail) -> bool:
-    return detail.pixel <= 0.05
+    return detail.pixel <= READABLE
