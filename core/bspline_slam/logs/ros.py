@@ -15,7 +15,7 @@ from bspline_slam.logs.messages import LASER_SCAN, Recording
 from bspline_slam.logs.peculiarities import beam_notes, moving_or_none, time_notes
 from bspline_slam.logs.pose_path import PosePath
 from bspline_slam.logs.ros_index import RosIndex, Sweep, scan_of, stamps_or_recorded
-from bspline_slam.logs.transforms import FrameTree, planar_mounting
+from bspline_slam.logs.transforms import FrameTree, frame_name, planar_mounting
 from bspline_slam.scan import LaserScan, Records, increasing_times
 
 
@@ -113,12 +113,13 @@ def _mounting(
 ) -> tuple[Float[np.ndarray, "3"], bool, list[str]]:
     """pose_robot_sensor, whether the sensor hangs upside down, and what was assumed."""
     notes = []
-    base = odometry.base if odometry is not None and odometry.base else frames.base_of(sensor)
-    transform = frames.mounting(sensor, base)
-    if transform is None:
-        notes.append(f"No transform joins {sensor} and {base}: the laser is taken to stand at the robot's centre.")
-        transform = np.eye(4)
-    pose, upside_down = planar_mounting(transform)
+    own = frames.base_of(sensor)
+    base = odometry.base if odometry is not None and odometry.base else own
+    if not frames.joins(sensor, base):
+        where = "at the robot's centre" if own == frame_name(sensor) else f"on the robot as it stands on {own}"
+        notes.append(f"No transform joins {sensor} and {base}: the laser is taken to stand {where}.")
+        base = own
+    pose, upside_down = planar_mounting(frames.mounting(sensor, base))
     if upside_down:
         notes.append("The laser hangs upside down: its beams are turned over.")
     return pose, upside_down, notes

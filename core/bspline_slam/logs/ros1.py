@@ -10,6 +10,7 @@ from __future__ import annotations
 import mmap
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from rosbags.rosbag1.reader import decompressors
@@ -36,7 +37,14 @@ _WANTED = (LASER_SCAN, ODOMETRY, TRANSFORMS)
 
 
 class CutOff(Exception):
-    """The bytes end in the middle of a record."""
+    """The bytes end in the middle of a record, of which `header` and `body` are there."""
+
+    def __init__(self, header: dict[bytes, bytes] | None = None, body: bytes = b"") -> None:
+        self.header = header
+        self.body = body
+
+
+_DAMAGE = (CutOff, ValueError, LookupError, struct.error, OSError, EOFError, RuntimeError)
 
 
 def open_ros1(path: Path, data: bytes | mmap.mmap, progress: Progress) -> Recording:
@@ -60,12 +68,15 @@ def _messages(
     while position < len(data):
         try:
             header, body, position = _record(data, position)
-        except CutOff:
+        except CutOff as cut:
             notes.append(f"The bag is cut off or damaged at byte {position}: only what stands before that is read.")
+            if cut.header is not None:
+                with suppress(*_DAMAGE):
+                    yield from _records(cut.header, cut.body, connections, topics)
             break
         try:
             yield from _records(header, body, connections, topics)
-        except (CutOff, ValueError, LookupError, struct.error, OSError, EOFError, RuntimeError):
+        except _DAMAGE:
             damaged += 1
         progress(position / len(data))
     if damaged:
@@ -105,7 +116,10 @@ def _record(data: bytes | mmap.mmap, position: int) -> tuple[dict[bytes, bytes],
     header = _fields(packed)
     if header.get(b"op") == bytes([_INDEX]) and b"count" in header:
         return header, b"", position + 4 + _INDEX_ENTRY * _integer(header[b"count"])
-    body, position = _sized(data, position)
+    try:
+        body, position = _sized(data, position)
+    except CutOff:
+        raise CutOff(header, data[position + 4 :]) from None
     return header, body, position
 
 

@@ -71,7 +71,7 @@ def _folder_readers(folder: Path, notes: list[str]) -> dict[str, _Reader]:
             directory.close()
         except Exception as error:  # whatever the library stumbles over in a damaged bag
             if not files:
-                raise LogError(folder, f"the bag cannot be opened: {reason(error)}") from None
+                raise LogError(folder, f"the bag cannot be opened, it may be damaged: {reason(error)}") from None
             notes.append(f"The bag is read without its metadata.yaml: {reason(error)}.")
         else:
             if compressed:
@@ -89,7 +89,9 @@ def _messages(
             reader.open()
         except Exception as error:  # whatever the library stumbles over in a damaged bag
             if len(readers) == 1:
-                raise LogError(path, f"the bag cannot be opened: {reason(error)}") from None
+                raise LogError(
+                    path, f"the bag cannot be opened, it may be cut off or damaged: {reason(error)}"
+                ) from None
             notes.append(f"{name} is left out, as it cannot be opened: {reason(error)}.")
             continue
         try:

@@ -85,11 +85,13 @@ class FrameTree:
                 return frame, edge
         return None
 
-    def mounting(self, sensor: str, base: str) -> Float[np.ndarray, "4 4"] | None:
-        """Transform from the sensor to the robot's frame `base`; None where the tree does not join them."""
+    def joins(self, sensor: str, base: str) -> bool:
+        """Whether the robot's frame `base` stands above the sensor."""
+        return frame_name(base) in self.above(sensor)
+
+    def mounting(self, sensor: str, base: str) -> Float[np.ndarray, "4 4"]:
+        """Transform from the sensor to a frame that it joins."""
         chain = self.above(sensor)
-        if frame_name(base) not in chain:
-            return None
         out = np.eye(4)
         for frame in chain[: chain.index(frame_name(base))]:
             out = self.edges[frame].transforms[0] @ out

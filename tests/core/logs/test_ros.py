@@ -84,6 +84,16 @@ def test_without_a_transform_the_laser_stands_at_the_centre(bag, tmp_path: Path)
     assert has_note(log, "No transform joins laser and base_link", "centre")
 
 
+def test_mounting_on_another_frame_than_that_of_odometry(bag, tmp_path: Path) -> None:
+    bag.transform(0.0, "base_link", "laser", (0.2, 0.0, 0.0), topic="/tf_static")
+    for i in range(3):
+        bag.odometry(1.0 + i, (i, 0, 0), base="base_footprint")
+        bag.scan(1.0 + i)
+    log = open_log(bag.write(tmp_path))
+    assert np.allclose(log[0].pose_robot_sensor, (0.2, 0, 0))
+    assert has_note(log, "No transform joins laser and base_footprint", "on base_link")
+
+
 def test_descending_bearings_are_flipped(bag, tmp_path: Path) -> None:
     bag.scan(1.0, angle_min=0.5, angle_increment=-0.5)
     scan = open_log(bag.write(tmp_path))[0]

@@ -47,8 +47,20 @@ def test_bag_that_was_cut_off(written: Path) -> None:
     assert len(log) == 10 and any("cut off" in note and "byte" in note for note in log.notes)
 
 
-def test_bag_cut_off_before_its_first_chunk_ends(written: Path) -> None:
-    written.write_bytes(written.read_bytes()[:5000])
+@pytest.mark.parametrize("share", [0.5, 0.75, 0.9])
+def test_bag_cut_off_within_its_only_chunk(share: float, new_bag: NewBag, tmp_path: Path) -> None:
+    bag = new_bag("bag")
+    for i in range(100):
+        bag.scan(1.0 + i, ranges=[1.0] * 360)
+    path = bag.write(tmp_path)
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    log = open_log(path)
+    assert abs(len(log) - 100 * share) < 6 and any("cut off" in note for note in log.notes)
+
+
+def test_bag_cut_off_before_its_first_message(written: Path) -> None:
+    written.write_bytes(written.read_bytes()[:4150])
     with pytest.raises(LogError, match=r"no other topic either. The bag is cut off"):
         open_log(written)
 

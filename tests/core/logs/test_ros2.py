@@ -53,7 +53,7 @@ def test_damaged_metadata_is_done_without(text: str, folder: Path) -> None:
 
 def test_metadata_whose_files_are_gone(folder: Path) -> None:
     storage(folder).unlink()
-    with pytest.raises(LogError, match=r"cannot be opened: .*missing"):
+    with pytest.raises(LogError, match=r"cannot be opened, .*missing"):
         open_log(folder)
 
 
