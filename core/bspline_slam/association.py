@@ -146,7 +146,7 @@ def _explain(seen: Explanation, a: int, b: int, config: AssociationConfig) -> It
     best = _closest_of_most(seen.part(a, b), ids, counts)
     explained = seen.of(best)[0][a:b]
     run = _longest_run(explained)
-    if run[1] - run[0] < config.least_points:
+    if explained[run[0] : run[1]].sum() < config.least_points:
         yield Piece(a, b, None)
         return
     yield from _explain(seen, a, a + run[0], config)

@@ -17,6 +17,12 @@ Kernel = float | None
 """None: plain least squares. c: Cauchy, ρ(s) = c² log(1 + s/c²) of the squared norm s of the whitened residual."""
 
 
+def square_root(information: Float[np.ndarray, "d d"]) -> Float[np.ndarray, "d d"]:
+    """R with RᵀR = information, whatever its rank."""
+    values, vectors = np.linalg.eigh(0.5 * (information + information.T))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class SplineFactor:
     """One observation of consecutive control points c_first … c_first+m−1 from one pose.

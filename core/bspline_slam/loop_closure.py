@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.graph import PoseFactor
+from bspline_slam.graph import PoseFactor, square_root
 from bspline_slam.scan_matching import Match, MatchingConfig, gather, search, settle, surroundings
 from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 
@@ -75,8 +75,8 @@ class Proposal:
     reach: float
 
     def factor(self, config: LoopConfig) -> PoseFactor:
-        sqrt_information = np.linalg.cholesky(np.linalg.inv(self.closure.covariance)).T
-        return PoseFactor(self.i, self.j, self.closure.measured, sqrt_information, "loop", config.kernel)
+        root = square_root(np.linalg.inv(self.closure.covariance))
+        return PoseFactor(self.i, self.j, self.closure.measured, root, "loop", config.kernel)
 
 
 def candidates(keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], reach: float, config: LoopConfig) -> list[int]:
@@ -121,7 +121,7 @@ def propose(
     found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
     match = settle(place, keys[j].points, found, score, matching)
     accepted, reason = judge(match, config)
-    covariance = np.linalg.inv(matched_information(match, tracking))
+    covariance = np.linalg.inv(matched_information(match, tracking) + 1e-6 * np.eye(3))
     measured = se2.between(poses[i], match.pose)
     closure = LoopClosure(
         keys[i].scan, keys[j].scan, measured, covariance, match.score, match.inliers, accepted, reason

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.graph import PoseFactor
+from bspline_slam.graph import PoseFactor, square_root
 from bspline_slam.motion import MotionConfig, OdometryCalibration, guesses, step_information
 from bspline_slam.scan import LaserScan
 from bspline_slam.scan_matching import (
@@ -34,7 +34,8 @@ class TrackingConfig:
 
     `local_scans` make the local map. A scan is searched for, not only refined, when it becomes a key scan, when fewer
     than `doubtful_inliers` of its beams fit, or when the squared Mahalanobis distance to its prediction exceeds
-    `surprise`. Below a correlation of `lost_score` odometry is taken instead.
+    `surprise`. Below a correlation of `lost_score`, or with less than `lost_beams` of its beams come back, a scan is
+    lost and odometry is taken instead.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors.
     """
@@ -46,6 +47,7 @@ class TrackingConfig:
     still_turn: float = np.deg2rad(0.3)
     good_score: float = 0.6
     lost_score: float = 0.3
+    lost_beams: float = 0.1
     doubtful_inliers: float = 0.5
     surprise: float = 9.0
     widening: float = 9.0
@@ -117,9 +119,10 @@ class Tracker:
         match = self._refined(points, predicted, tries[0], self.matching.tracking_gates)
         key = self._is_key(match.pose) or self._is_key(predicted)
         lost = False
-        if key or self._doubtful(match, predicted, tries[0]):
+        blind = len(points.points) < self.config.lost_beams * len(scan.ranges)
+        if key or blind or self._doubtful(match, predicted, tries[0]):
             match = self._searched(points, previous, tries, predicted)
-            lost = match.score < self.config.lost_score
+            lost = blind or match.score < self.config.lost_score
         pose = predicted if lost else match.pose
         self._last_step = se2.between(previous, pose)
         if key or self._is_key(pose):
@@ -241,10 +244,10 @@ class Tracker:
         out = []
         if wheels is not None or match is None:
             step = moved if wheels is None else self.calibration.corrected(wheels, self.motion)
-            root = np.linalg.cholesky(step_information(step, self.motion)).T
+            root = square_root(step_information(step, self.motion))
             out.append(PoseFactor(i, j, step, root, "odometry"))
         if match is not None:
-            root = np.linalg.cholesky(matched_information(match, self.config)).T
+            root = square_root(matched_information(match, self.config))
             out.append(PoseFactor(i, j, moved, root, "matching"))
         return out
 
@@ -269,8 +272,12 @@ def carried_along(
 
 
 def matched_information(match: Match, config: TrackingConfig) -> Float[np.ndarray, "3 3"]:
-    """Information of a match in the frame of its own pose (the frame of PoseFactor residuals), widened."""
+    """Information (wΛ⁻¹ + F)⁻¹ of a match in the frame of its own pose (the frame of PoseFactor residuals).
+
+    Λ is the information of the beams, w `widening` and F the squared `floor`; written so that Λ may be singular.
+    """
     turn = np.eye(3)
     turn[:2, :2] = se2.rotation(match.pose[2])
-    covariance = np.linalg.inv(turn.T @ match.information @ turn + 1e-6 * np.eye(3))
-    return np.linalg.inv(config.widening * covariance + np.diag(np.square(config.floor)))
+    root = square_root(turn.T @ match.information @ turn)
+    floor = np.diag(np.square(config.floor))
+    return root.T @ np.linalg.inv(config.widening * np.eye(3) + root @ floor @ root.T) @ root

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from core.rooms import room_scan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -21,6 +20,7 @@ from bspline_slam.scan_matching import (
     surroundings,
 )
 from bspline_slam.segmentation import SegmentationConfig
+from core.rooms import room_scan
 
 CONFIG = MatchingConfig()
 HERE = np.array([2.0, 1.8, 0.6])

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from core.rooms import room_scan
 from hypothesis import given
 from hypothesis import strategies as st
 
 from bspline_slam import se2
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import EndKind, SegmentationConfig, segment_scan
+from core.rooms import room_scan
 
 ANYWHERE = st.tuples(st.floats(0.8, 3.0), st.floats(0.8, 2.0), st.floats(-3.0, 3.0)).map(np.array)
 

@@ -1,0 +1,68 @@
+"""Tracking: follows the robot with good, biased and no odometry, and says when it is lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bspline_slam import se2
+from bspline_slam.motion import MotionConfig
+from bspline_slam.scan_matching import MatchingConfig
+from bspline_slam.segmentation import SegmentationConfig
+from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
+from core.rooms import loop_path, room_scan
+
+
+def tracker() -> Tracker:
+    return Tracker(TrackingConfig(distance=0.25), MatchingConfig(), SegmentationConfig(), MotionConfig())
+
+
+def drifting(path: np.ndarray, yaw: float, scale: float) -> np.ndarray:
+    """Odometry that adds `yaw` to every step and scales its length."""
+    poses = [np.zeros(3)]
+    for step in se2.between(path[:-1], path[1:]):
+        poses.append(se2.compose(poses[-1], step * [scale, scale, 1.0] + [0.0, 0.0, yaw]))
+    return np.array(poses)
+
+
+@pytest.mark.parametrize("odometry", ["biased", "none"])
+def test_the_path_is_followed(odometry: str) -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(5), tracker()
+    wheels = drifting(path, 0.02, 0.95) if odometry == "biased" else None
+    for k, pose in enumerate(path):
+        one.track(room_scan(pose, rng, index=k), None if wheels is None else wheels[k])
+    off = se2.between(se2.between(path[0], path), one.poses)
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
+    assert np.abs(off[:, 2]).max() < 0.02
+    kinds = {factor.kind for factor in one.factors}
+    assert kinds == ({"matching", "odometry"} if wheels is not None else {"matching"})
+
+
+def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(6), tracker()
+    for k, pose in enumerate(path[:40]):
+        scan = room_scan(pose, rng, index=k)
+        if 20 <= k < 24:
+            scan = replace(scan, ranges=np.where(np.arange(361) % 40 == 0, 0.4, np.inf))
+        tracked = one.track(scan, path[k])
+        assert tracked.lost == (20 <= k < 24)
+    off = se2.between(se2.between(path[0], path[39]), one.poses[-1])
+    assert np.hypot(off[0], off[1]) < 0.05
+
+
+def test_standing_still_makes_no_key_scans() -> None:
+    rng, one, pose = np.random.default_rng(7), tracker(), np.array([2.0, 1.5, 0.0])
+    keys = [one.track(room_scan(pose, rng, index=k), pose).key for k in range(10)]
+    assert keys == [True] + [False] * 9
+    assert len(one.poses) == 10
+
+
+def test_scans_between_key_scans_share_the_correction_evenly() -> None:
+    before = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+    after = np.array([[0.0, 0.0, 0.0], [4.0, 0.4, 0.0]])
+    poses = np.stack([np.arange(5.0), np.zeros(5), np.zeros(5)], -1)
+    carried = carried_along(poses, np.array([0, 4]), before, after)
+    np.testing.assert_allclose(carried[:, 1], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-12)
+    np.testing.assert_allclose(carried[:, 0], np.arange(5.0), atol=1e-12)
