@@ -32,12 +32,6 @@ def solve_control_points(graph: Graph, poses: Float[np.ndarray, "n 3"]) -> Float
     return control_points
 
 
-def linearise_at(graph: Graph, state: State) -> Blocks:
-    """Gradient and Gauss-Newton matrix of all factors of a graph."""
-    curves, edges = pack_curves(graph), pack_edges(graph)
-    return linearise_terms(curves, edges, find_pattern(curves, edges, len(graph.control_points)), state)
-
-
 def curve_band(blocks: Blocks) -> Float[np.ndarray, "h d"]:
     """The matrix of all control points as the lower band that SciPy reads: [r − c, c] is the entry (r, c)."""
     N, w = blocks.curve.shape[:2]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from bspline_slam.backends.check import check_anchored
 from bspline_slam.backends.gauss_newton import State, Stopping, descend
-from bspline_slam.backends.marginals import Solve, marginals
+from bspline_slam.backends.marginals import spline_covariance
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
-from bspline_slam.backends.pattern import Blocks, Pattern, find_pattern, linearise_terms
+from bspline_slam.backends.pattern import Blocks, Pattern, fill_splines, find_pattern, linearise_terms
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
-from bspline_slam.backends.sparse_system import SparseSystem, factorise
+from bspline_slam.backends.sparse_cholesky import Analysis, Factor
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.graph import Graph
 
@@ -23,36 +23,37 @@ class FullProblem:
     curves: CurveTerms
     edges: EdgeTerms
     pattern: Pattern
-    system: SparseSystem
+    analysis: Analysis
 
     @classmethod
-    def from_graph(cls, graph: Graph) -> FullProblem:
+    def from_graph(cls, graph: Graph, *, whole_splines: bool = False) -> FullProblem:
+        """Pack the graph and analyse its pattern; with `whole_splines` the factor holds each spline in full."""
         curves, edges = pack_curves(graph), pack_edges(graph)
         pattern = find_pattern(curves, edges, len(graph.control_points))
-        return cls(curves, edges, pattern, SparseSystem.from_pattern(pattern, len(graph.poses)))
+        if whole_splines:
+            pattern = fill_splines(pattern, graph.spline_first)
+        return cls(curves, edges, pattern, Analysis.from_pattern(pattern, len(graph.poses)))
 
     def cost(self, state: State) -> float:
         """½ Σ ρ(‖e‖²)."""
         return 0.5 * (self.curves.cost(state.poses, state.control_points) + self.edges.cost(state.poses)[0])
 
     def linearise(self, state: State) -> LinearisedBlocks:
-        return LinearisedBlocks(self.system, linearise_terms(self.curves, self.edges, self.pattern, state))
+        return LinearisedBlocks(self.analysis, linearise_terms(self.curves, self.edges, self.pattern, state))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LinearisedBlocks:
     """The linear system at one state."""
 
-    system: SparseSystem
+    analysis: Analysis
     blocks: Blocks
 
     def step(self, damping: float) -> State:
-        solve = factorise(self.system.matrix(self.blocks, damping)).solve
-        return self.system.unstack(solve(-self.system.stack(self.blocks.gradient)))
+        return self.factorise(damping).step(self.blocks.gradient)
 
-    def inverse(self) -> Solve:
-        """B ↦ H⁻¹ B."""
-        return factorise(self.system.matrix(self.blocks)).solve
+    def factorise(self, damping: float = 0.0) -> Factor:
+        return self.analysis.factorise(self.blocks, damping)
 
 
 class Direct:
@@ -71,6 +72,10 @@ class Direct:
 
     def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
         """Blocks of the inverse of the Gauss-Newton matrix at the estimate, robust weights as they are there."""
-        state = State(estimate.poses, estimate.control_points)
-        inverse = FullProblem.from_graph(estimate.graph).linearise(state).inverse()
-        return marginals(inverse, estimate.graph, poses, splines)
+        problem = FullProblem.from_graph(estimate.graph, whole_splines=True)
+        factor = problem.linearise(State(estimate.poses, estimate.control_points)).factorise()
+        pose_blocks, curve_blocks = factor.inverse_blocks()
+        return Marginals(
+            {pose: pose_blocks[pose] for pose in poses},
+            {spline: spline_covariance(curve_blocks, estimate.graph, spline) for spline in splines},
+        )

@@ -21,6 +21,7 @@ from bspline_slam.errors import Cancelled, SolverError
 STEP_INFORMATION = 1e-6
 ROUNDING = 1e-12
 """Costs that differ by less than this fraction are equal."""
+LARGEST_DAMPING = 1e14
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class Linearised(Protocol):
     """A problem near one state: gradient and Gauss-Newton matrix H."""
 
     def step(self, damping: float) -> State:
-        """Solve (H + (STEP_INFORMATION + damping)·I) step = −gradient."""
+        """Solve (H + (STEP_INFORMATION + damping)·I) step = −gradient. Raises SolverError where it is singular."""
         ...
 
 
@@ -111,11 +112,16 @@ def _descending_step(problem: Problem, state: State, cost: float, damping: float
     """The least damped step that does not climb: the step, the state and cost behind it, the damping to go on with."""
     linearised = problem.linearise(state)
     while True:
-        step = linearised.step(damping)
-        new = state.moved(step)
-        new_cost = problem.cost(new)
-        if new_cost <= cost + ROUNDING * (1.0 + cost):
-            return step, new, new_cost, damping / 10 if damping > 1e-2 else 0.0
+        try:
+            step = linearised.step(damping)
+        except SolverError:
+            if damping > LARGEST_DAMPING:
+                raise
+        else:
+            new = state.moved(step)
+            new_cost = problem.cost(new)
+            if new_cost <= cost + ROUNDING * (1.0 + cost):
+                return step, new, new_cost, damping / 10 if damping > 1e-2 else 0.0
+        if damping > LARGEST_DAMPING:
+            raise SolverError(f"no step lowers the cost of {cost:.6g}: the factors contradict their Jacobians")
         damping = max(10 * damping, 1.0)
-        if damping > 1e14:
-            raise SolverError(f"no step lowers the cost of {cost:.6g}: the linearised problem is singular")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -47,12 +47,12 @@ def find_pattern(curves: CurveTerms, edges: EdgeTerms, control_points: int) -> P
 
 
 def _edge_pairs(edges: EdgeTerms) -> tuple[Int[np.ndarray, "p 2"], Int[np.ndarray, "e"]]:
-    between = edges.tail >= 0
-    ends = np.sort(np.column_stack([edges.tail, edges.head])[between], axis=1)
-    pairs, inverse = np.unique(ends, axis=0, return_inverse=True)
+    between, count = edges.tail >= 0, int(edges.head.max(initial=0)) + 1
+    low, high = np.minimum(edges.tail, edges.head), np.maximum(edges.tail, edges.head)
+    keys, inverse = np.unique((low * count + high)[between], return_inverse=True)
     slot = np.zeros(len(edges.head), dtype=np.int64)
-    slot[between] = inverse.ravel()
-    return pairs, slot
+    slot[between] = inverse
+    return np.column_stack([keys // count, keys % count]), slot
 
 
 def _sights(curves: CurveTerms, control_points: int) -> tuple[Int[np.ndarray, "q 2"], Int[np.ndarray, "f"]]:
@@ -69,12 +69,31 @@ def _sights(curves: CurveTerms, control_points: int) -> tuple[Int[np.ndarray, "q
 
 
 def _curve_filled(curves: CurveTerms, control_points: int) -> Bool[np.ndarray, "N w"]:
-    filled = np.zeros((control_points, int(curves.size[:, 1].max(initial=1))), dtype=bool)
-    filled[:, 0] = True
-    for first, width in np.unique(np.column_stack([curves.first, curves.size[:, 1]]), axis=0):
-        for k in range(width):
-            filled[first + k, : width - k] = True
+    widest = int(curves.size[:, 1].max(initial=1))
+    keys = np.unique(curves.first * (widest + 1) + curves.size[:, 1])
+    return _fill_windows(
+        np.eye(1, widest, dtype=bool).repeat(control_points, 0), keys // (widest + 1), keys % (widest + 1)
+    )
+
+
+def _fill_windows(
+    filled: Bool[np.ndarray, "N w"], first: Int[np.ndarray, "k"], width: Int[np.ndarray, "k"]
+) -> Bool[np.ndarray, "N w"]:
+    """Fill all pairs inside each window of control points first … first + width − 1."""
+    for m in np.unique(width):
+        begins = first[width == m]
+        for k in range(m):
+            filled[begins + k, : m - k] = True
     return filled
+
+
+def fill_splines(pattern: Pattern, spline_first: Int[np.ndarray, "s1"]) -> Pattern:
+    """The pattern with all pairs of control points of one spline filled, seen together or not."""
+    count, seen = pattern.curve_filled.shape
+    widths = np.diff(spline_first)
+    filled = np.zeros((count, max(seen, int(widths.max(initial=1)))), dtype=bool)
+    filled[:, :seen] = pattern.curve_filled
+    return replace(pattern, curve_filled=_fill_windows(filled, spline_first[:-1], widths))
 
 
 def linearise_terms(curves: CurveTerms, edges: EdgeTerms, pattern: Pattern, state: State) -> Blocks:

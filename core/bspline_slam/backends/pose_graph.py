@@ -10,13 +10,14 @@ from jaxtyping import Float
 from scipy.linalg import solveh_banded
 
 from bspline_slam.backends.check import check_anchored
-from bspline_slam.backends.control_points import curve_band, linearise_at, solve_control_points
+from bspline_slam.backends.control_points import curve_band, solve_control_points
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import Descent, State, Stopping, descend
-from bspline_slam.backends.marginals import Solve, inverse_block, spline_unknowns
+from bspline_slam.backends.marginals import control_points_of
 from bspline_slam.backends.packing import pack_curves, pack_edges
-from bspline_slam.backends.pattern import find_pattern
+from bspline_slam.backends.pattern import find_pattern, linearise_terms
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, Progress, never, silent
+from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.graph import Graph
 
@@ -60,12 +61,9 @@ class PoseGraph:
         control points to them. The correlation of pose factors and spline factors made of the same beams is ignored.
         """
         problem = FullProblem.from_graph(poses_alone(estimate.graph))
-        solve = problem.linearise(State(estimate.poses, np.empty((0, 2)))).inverse()
-        unknowns = 3 * len(estimate.poses)
-        return Marginals(
-            {pose: inverse_block(solve, unknowns, np.arange(3 * pose, 3 * pose + 3)) for pose in poses},
-            propagated(estimate, solve, splines) if splines else {},
-        )
+        factor = problem.linearise(State(estimate.poses, np.empty((0, 2)))).factorise()
+        pose_blocks, _ = factor.inverse_blocks()
+        return Marginals({pose: pose_blocks[pose] for pose in poses}, propagated(estimate, factor, splines))
 
 
 def poses_alone(graph: Graph) -> Graph:
@@ -80,21 +78,21 @@ def poses_alone(graph: Graph) -> Graph:
     )
 
 
-def propagated(estimate: Estimate, solve_poses: Solve, splines: Sequence[int]) -> dict[int, Float[np.ndarray, "d d"]]:
-    """Covariances of splines whose control points were solved given uncertain poses: H_cc⁻¹ + S Σ_poses Sᵀ."""
-    graph, pose_unknowns = estimate.graph, 3 * len(estimate.poses)
-    blocks = linearise_at(graph, State(estimate.poses, estimate.control_points))
+def propagated(estimate: Estimate, poses: Factor, splines: Sequence[int]) -> dict[int, Float[np.ndarray, "d d"]]:
+    """Covariances of control points solved given uncertain poses: H_cc⁻¹ + S Σ_poses Sᵀ, S = −H_cc⁻¹ H_c,poses."""
+    graph, covariances = estimate.graph, {}
+    curves, edges = pack_curves(graph), pack_edges(graph)
+    pattern = find_pattern(curves, edges, len(graph.control_points))
+    blocks = linearise_terms(curves, edges, pattern, State(estimate.poses, estimate.control_points))
     band = curve_band(blocks)
-    sights = find_pattern(pack_curves(graph), pack_edges(graph), len(graph.control_points)).sights
-    covariances = {}
     for spline in splines:
-        unknowns = spline_unknowns(graph, spline) - pose_unknowns
-        own_band = band[:, unknowns]
-        coupling = np.zeros((len(unknowns) // 2, 2, len(estimate.poses), 3))
-        mine = np.isin(2 * sights[:, 0], unknowns)
-        coupling[sights[mine, 0] - unknowns[0] // 2, :, sights[mine, 1]] = blocks.sight[mine]
-        sensitivity = -solveh_banded(own_band, coupling.reshape(len(unknowns), pose_unknowns), lower=True)
-        given_poses = solveh_banded(own_band, np.eye(len(unknowns)), lower=True)
-        carried = sensitivity @ solve_poses(sensitivity.T.copy())
+        points = control_points_of(graph, spline)
+        own_band = band[:, 2 * points[0] : 2 * points[-1] + 2]
+        coupling = np.zeros((len(points), 2, len(estimate.poses), 3))
+        mine = np.isin(pattern.sights[:, 0], points)
+        coupling[pattern.sights[mine, 0] - points[0], :, pattern.sights[mine, 1]] = blocks.sight[mine]
+        sensitivity = -solveh_banded(own_band, coupling.reshape(2 * len(points), -1), lower=True)
+        given_poses = solveh_banded(own_band, np.eye(2 * len(points)), lower=True)
+        carried = sensitivity @ poses.solve(np.ascontiguousarray(sensitivity.T))
         covariances[spline] = given_poses + (carried + carried.T) / 2
     return covariances

@@ -16,9 +16,10 @@ import numpy as np
 
 from bspline_slam.backends.check import check_anchored
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State, Stopping, descend
-from bspline_slam.backends.marginals import spline_unknowns
+from bspline_slam.backends.marginals import control_points_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
 from bspline_slam.backends.statistics import estimate_of
+from bspline_slam.errors import SolverError
 from bspline_slam.graph import Graph, Kernel, PoseFactor, PosePrior, ShapePrior, SplineFactor
 
 Jacobians = gtsam.JacobianVector | None
@@ -46,10 +47,10 @@ class Sam:
         linearised = FactorProblem(estimate.graph).linearise(state)
         marginals = gtsam.Marginals(linearised.held(0.0), values_of(state))
         n = len(estimate.poses)
-        keys = {spline: (spline_unknowns(estimate.graph, spline)[::2] - 3 * n) // 2 + n for spline in splines}
+        keys = {spline: (n + control_points_of(estimate.graph, spline)).tolist() for spline in splines}
         return Marginals(
             {pose: marginals.marginalCovariance(pose) for pose in poses},
-            {spline: marginals.jointMarginalCovariance(keys[spline].tolist()).fullMatrix() for spline in splines},
+            {spline: marginals.jointMarginalCovariance(keys[spline]).fullMatrix() for spline in splines},
         )
 
 
@@ -93,7 +94,10 @@ class LinearisedFactors:
 
     def step(self, damping: float) -> State:
         held = self.held(damping)
-        solution = held.optimize(gtsam.Ordering.ColamdGaussianFactorGraph(held)).vector()
+        try:
+            solution = held.optimize(gtsam.Ordering.ColamdGaussianFactorGraph(held)).vector()
+        except RuntimeError as error:
+            raise SolverError("the problem is singular: gtsam cannot eliminate it") from error
         poses = 3 * len(self.at.poses)
         return State(solution[:poses].reshape(-1, 3), solution[poses:].reshape(-1, 2))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def place_blocks(blocks, places, stride, turned, panels):
     """Add blocks (k, a, b) to the panels, transposed where `turned`."""
     for k in range(len(places)):
@@ -22,7 +22,7 @@ def place_blocks(blocks, places, stride, turned, panels):
                     panels[places[k] + a * stride[k] + b] += blocks[k, a, b]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def take_blocks(panels, places, stride, turned, blocks):
     """The opposite of `place_blocks`: read blocks (k, a, b) from the panels."""
     for k in range(len(places)):
@@ -34,7 +34,7 @@ def take_blocks(panels, places, stride, turned, blocks):
                     blocks[k, a, b] = panels[places[k] + a * stride[k] + b]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def factorise(
     width, height, child, sibling, panel_start, inverse_start, update_start, relative_start, relative, shift, panels,
     inverses, updates, scratch,
@@ -65,7 +65,9 @@ def factorise(
             continue
         below = scratch[: u * w].reshape(u, w)
         np.dot(panel[w:], inverse.T, below)
-        panel[w:] = below
+        for i in range(u):
+            for j in range(w):
+                panel[w + i, j] = below[i, j]
         update = updates[update_start[s] : update_start[s] + u * u].reshape(u, u)
         np.dot(below, below.T, update)
         c = child[s]
@@ -81,7 +83,7 @@ def factorise(
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _inside(moved, w):
     """How many of the sorted places lie before w."""
     count = 0
@@ -90,7 +92,7 @@ def _inside(moved, w):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _triangle(panel, w, inverse):
     """Cholesky factor of the upper w x w part of a panel, in place, and its inverse; the bad pivot or −1."""
     for j in range(w):
@@ -104,9 +106,11 @@ def _triangle(panel, w, inverse):
                 panel[j, j] = np.sqrt(total)
             else:
                 return j
-        panel[j, j + 1 :] = 0.0
-    inverse[:] = 0.0
+        for k in range(j + 1, w):
+            panel[j, k] = 0.0
     for i in range(w):
+        for j in range(w):
+            inverse[i, j] = 0.0
         inverse[i, i] = 1.0 / panel[i, i]
         for k in range(i):
             for j in range(k + 1):
@@ -116,36 +120,40 @@ def _triangle(panel, w, inverse):
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve(width, height, relative_start, rows, panel_start, inverse_start, panels, inverses, x):
     """x ← (L Lᵀ)⁻¹ x, columns of x (unknowns, k) one problem each; `rows` are unknowns."""
-    column = 0
+    column, count = 0, x.shape[1]
     for s in range(len(width)):
         w, u = width[s], height[s]
         inverse = inverses[inverse_start[s] : inverse_start[s] + w * w].reshape(w, w)
         below = panels[panel_start[s] + w * w : panel_start[s] + (w + u) * w].reshape(u, w)
-        own = np.dot(inverse, x[column : column + w])
-        x[column : column + w] = own
-        if u > 0:
-            change = np.dot(below, own)
+        own, change = np.empty((w, count)), np.empty((u, count))
+        np.dot(inverse, x[column : column + w], own)
+        np.dot(below, own, change)
+        for k in range(count):
+            for i in range(w):
+                x[column + i, k] = own[i, k]
             for i in range(u):
-                x[rows[relative_start[s] + i]] -= change[i]
+                x[rows[relative_start[s] + i], k] -= change[i, k]
         column += w
     for s in range(len(width) - 1, -1, -1):
         w, u = width[s], height[s]
         column -= w
         inverse = inverses[inverse_start[s] : inverse_start[s] + w * w].reshape(w, w)
-        own = x[column : column + w].copy()
-        if u > 0:
-            below = panels[panel_start[s] + w * w : panel_start[s] + (w + u) * w].reshape(u, w)
-            later = np.empty((u, x.shape[1]))
+        below = panels[panel_start[s] + w * w : panel_start[s] + (w + u) * w].reshape(u, w)
+        own, later = np.empty((w, count)), np.empty((u, count))
+        for k in range(count):
             for i in range(u):
-                later[i] = x[rows[relative_start[s] + i]]
-            own -= np.dot(below.T, later)
-        x[column : column + w] = np.dot(inverse.T, own)
+                later[i, k] = x[rows[relative_start[s] + i], k]
+        np.dot(below.T, later, own)
+        for k in range(count):
+            for i in range(w):
+                own[i, k] = x[column + i, k] - own[i, k]
+        np.dot(inverse.T, own, x[column : column + w])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def invert(
     width, height, parent, panel_start, inverse_start, later_start, relative_start, relative, panels, inverses, later,
     result,
@@ -158,8 +166,8 @@ def invert(
     for s in range(len(width) - 1, -1, -1):
         w, u = width[s], height[s]
         inverse = inverses[inverse_start[s] : inverse_start[s] + w * w].reshape(w, w)
-        own = np.dot(inverse.T, inverse)
         panel = result[panel_start[s] : panel_start[s] + (w + u) * w].reshape(w + u, w)
+        np.dot(inverse.T, inverse, panel[:w])
         if u > 0:
             p = parent[s]
             w_p, u_p = width[p], height[p]
@@ -178,8 +186,13 @@ def invert(
                     for j in range(inside, u):
                         target[j] = source[moved[j] - w_p]
             below = panels[panel_start[s] + w * w : panel_start[s] + (w + u) * w].reshape(u, w)
-            Y = np.dot(below, inverse)
-            Z = np.dot(mine, Y)
-            own += np.dot(Y.T, Z)
-            panel[w:] = -Z
-        panel[:w] = own
+            Y, own = np.empty((u, w)), np.empty((w, w))
+            np.dot(below, inverse, Y)
+            np.dot(mine, Y, panel[w:])
+            np.dot(Y.T, panel[w:], own)
+            for i in range(w):
+                for j in range(w):
+                    panel[i, j] += own[i, j]
+            for i in range(w, w + u):
+                for j in range(w):
+                    panel[i, j] = -panel[i, j]

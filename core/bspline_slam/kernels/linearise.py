@@ -13,16 +13,31 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def square_terms(size, start, A, gram):
     """Fill `gram` with AᵀA of each curve term."""
     for f in range(len(size)):
         r, w = size[f, 0], 2 * size[f, 1]
-        a = A[start[f, 0] : start[f, 0] + r * w].reshape(r, w)
-        gram[start[f, 2] : start[f, 2] + w * w] = (a.T @ a).ravel()
+        a, g = start[f, 0], start[f, 2]
+        for i in range(w):
+            for j in range(w):
+                gram[g + i * w + j] = 0.0
+        for row in range(r):
+            for i in range(w):
+                for j in range(w):
+                    gram[g + i * w + j] += A[a + row * w + i] * A[a + row * w + j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _largest(size):
+    """Most rows and most control points of any term."""
+    rows, points = 0, 0
+    for f in range(len(size)):
+        rows, points = max(rows, size[f, 0]), max(points, size[f, 1])
+    return rows, points
+
+
+@njit(cache=True, nogil=True)
 def _curve_residual(f, pose, control_points, first, size, start, A, b, q, e):
     """Points in the observing frame into q (2m) and the residual into e (r); returns cos θ and sin θ."""
     r, m = size[f, 0], size[f, 1]
@@ -42,11 +57,11 @@ def _curve_residual(f, pose, control_points, first, size, start, A, b, q, e):
     return c, s
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def curve_cost(poses, control_points, observer, first, size, start, A, b):
     """Σ ‖e‖² of all curve terms."""
-    q, e = np.empty(2 * size[:, 1].max()), np.empty(size[:, 0].max())
-    total = 0.0
+    rows, points = _largest(size)
+    q, e, total = np.empty(2 * points), np.empty(rows), 0.0
     for f in range(len(first)):
         pose = poses[observer[f]] if observer[f] >= 0 else poses[0, :0]
         _curve_residual(f, pose, control_points, first, size, start, A, b, q, e)
@@ -55,13 +70,13 @@ def curve_cost(poses, control_points, observer, first, size, start, A, b):
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def linearise_curves(
     poses, control_points, observer, first, size, start, A, b, gram, sight, H_pose, H_sight, H_curve, g_pose, g_curve
 ):
     """Add the curve terms to the blocks of the matrix and to the gradient."""
-    widest = 2 * size[:, 1].max()
-    q, e, u = np.empty(widest), np.empty(size[:, 0].max()), np.empty((widest, 3))
+    rows, points = _largest(size)
+    q, e, u = np.empty(2 * points), np.empty(rows), np.empty((2 * points, 3))
     for f in range(len(first)):
         i, k0, r, w = observer[f], first[f], size[f, 0], 2 * size[f, 1]
         pose = poses[i] if i >= 0 else poses[0, :0]
@@ -93,7 +108,7 @@ def linearise_curves(
             _linearise_observer(G, q, c, s, u, H_pose[i], H_sight[sight[f] : sight[f] + w // 2])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _linearise_observer(G, q, c, s, u, H_pose, H_sight):
     """The blocks of the observing pose: ∂q/∂(x, y, θ) = (−Rᵀ, (q_y, −q_x)) =: D, u = G D."""
     w = len(G)
@@ -115,7 +130,7 @@ def _linearise_observer(G, q, c, s, u, H_pose, H_sight):
             H_pose[2, col] += q[2 * k + 1] * u_x - q[2 * k] * u_y
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _edge_residual(f, poses, tail, head, measured, sqrt_information, e):
     """Residual into e (3); returns the turned baseline and cos, sin of the turn, for the Jacobian."""
     x, y, angle = poses[head[f], 0], poses[head[f], 1], poses[head[f], 2] - measured[f, 2]
@@ -128,14 +143,14 @@ def _edge_residual(f, poses, tail, head, measured, sqrt_information, e):
     base_x, base_y = c * x + s * y, c * y - s * x
     d_x = base_x - c_z * measured[f, 0] - s_z * measured[f, 1]
     d_y = base_y - c_z * measured[f, 1] + s_z * measured[f, 0]
-    angle -= 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    angle -= 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5)
     S = sqrt_information[f]
     for i in range(3):
         e[i] = S[i, 0] * d_x + S[i, 1] * d_y + S[i, 2] * angle
     return base_x, base_y, c, s
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def edge_cost(poses, tail, head, measured, sqrt_information, kernel):
     """Σ ρ(‖e‖²) and Σ w ‖e‖², where w = ρ′ is the weight of the robust kernel, of all edge terms."""
     e, cost, chi2 = np.empty(3), 0.0, 0.0
@@ -152,7 +167,7 @@ def edge_cost(poses, tail, head, measured, sqrt_information, kernel):
     return cost, chi2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def linearise_edges(poses, tail, head, measured, sqrt_information, kernel, slot, H_pose, H_edge, g_pose):
     """Add the edge terms to the blocks of the matrix and to the gradient."""
     e, J_i, J_j = np.empty(3), np.zeros((3, 3)), np.zeros((3, 3))

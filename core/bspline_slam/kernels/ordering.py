@@ -9,12 +9,14 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def minimum_degree(start, neighbours, weight):
     """Order of elimination of the nodes of a graph; node i has neighbours[start[i] : start[i + 1]] and a weight."""
-    n, total = len(weight), weight.sum()
+    n, total = len(weight), 0
+    for i in range(n):
+        total += weight[i]
     near_nodes, near_elements = neighbours.copy(), np.empty_like(neighbours)
-    node_count, element_count = np.diff(start), np.zeros(n, np.int64)
+    node_count, element_count = np.empty(n, np.int64), np.zeros(n, np.int64)
     size, alive = weight.copy(), np.zeros(n, np.bool_)
     next_member, last_member = np.full(n, -1), np.arange(n)
     pool, pool_end = np.empty(4 * len(neighbours) + n, np.int64), 0
@@ -23,6 +25,7 @@ def minimum_degree(start, neighbours, weight):
     degree, chain_head, chain_next = np.zeros(n, np.int64), np.full(n, -1), np.full(n, -1)
     head, following, previous = np.full(total + 1, -1), np.full(n, -1), np.full(n, -1)
     for i in range(n):
+        node_count[i] = start[i + 1] - start[i]
         for k in range(start[i], start[i + 1]):
             degree[i] += weight[neighbours[k]]
         _insert(i, degree[i], head, following, previous)
@@ -43,9 +46,7 @@ def minimum_degree(start, neighbours, weight):
         for k in range(start[p], start[p] + element_count[p]):
             bound += count[near_elements[k]]
         if pool_end + bound > len(pool):
-            grown = np.empty(2 * len(pool) + bound, np.int64)
-            grown[:pool_end] = pool[:pool_end]
-            pool = grown
+            pool = _grown(pool, pool_end, 2 * len(pool) + bound)
         stamp += 1
         begin[p] = pool_end
         for k in range(start[p], start[p] + node_count[p]):
@@ -115,7 +116,7 @@ def minimum_degree(start, neighbours, weight):
     return order
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _merge_alike(
     tied,
     start,
@@ -154,7 +155,7 @@ def _merge_alike(
         chain_head[_key(u, start, near_nodes, node_count, near_elements, element_count) % n] = -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _key(v, start, near_nodes, node_count, near_elements, element_count):
     """A number that is the same for nodes that are next to the same nodes and elements."""
     key = node_count[v] + 7919 * element_count[v]
@@ -165,7 +166,7 @@ def _key(v, start, near_nodes, node_count, near_elements, element_count):
     return key
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _same_set(a, b):
     if len(a) != len(b):
         return False
@@ -180,7 +181,16 @@ def _same_set(a, b):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _grown(pool, end, length):
+    """A longer array with the same first entries."""
+    grown = np.empty(length, np.int64)
+    for k in range(end):
+        grown[k] = pool[k]
+    return grown
+
+
+@njit(cache=True, nogil=True)
 def _insert(i, degree, head, following, previous):
     first = head[degree]
     following[i], previous[i] = first, -1
@@ -189,7 +199,7 @@ def _insert(i, degree, head, following, previous):
     head[degree] = i
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _remove(i, degree, head, following, previous):
     if previous[i] >= 0:
         following[previous[i]] = following[i]

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def elimination_tree(start, neighbours, order, position):
     """Parent of each position (-1: root): the first later one that its column reaches."""
     n = len(order)
@@ -26,7 +26,7 @@ def elimination_tree(start, neighbours, order, position):
     return parent
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def postorder(parent):
     """Positions in an order in which each tree is done before its root."""
     n = len(parent)
@@ -53,9 +53,9 @@ def postorder(parent):
     return order
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def row_structures(start, neighbours, order, position, parent):
-    """Later nodes in the column of each node: begins (n + 1) and positions, sorted within a column."""
+    """Later nodes in the column of each node: begins (n + 1) and positions, in any order within a column."""
     n = len(order)
     begin, rows = np.zeros(n + 1, np.int64), np.empty(8 * len(neighbours) + n, np.int64)
     child, sibling, mark = np.full(n, -1), np.full(n, -1), np.full(n, -1)
@@ -63,7 +63,8 @@ def row_structures(start, neighbours, order, position, parent):
         end = begin[j]
         if end + n > len(rows):
             grown = np.empty(2 * len(rows) + n, np.int64)
-            grown[:end] = rows[:end]
+            for k in range(end):
+                grown[k] = rows[k]
             rows = grown
         for k in range(start[order[j]], start[order[j] + 1]):
             i = position[neighbours[k]]
@@ -80,15 +81,14 @@ def row_structures(start, neighbours, order, position, parent):
                     rows[end] = i
                     end += 1
             c = sibling[c]
-        rows[begin[j] : end].sort()
         begin[j + 1] = end
         if parent[j] >= 0:
             sibling[j] = child[parent[j]]
             child[parent[j]] = j
-    return begin, rows[: begin[n]]
+    return begin, rows
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def supernode_ends(begin, parent, offset, slack, widest):
     """Position after the last node of each supernode.
 
@@ -112,7 +112,7 @@ def supernode_ends(begin, parent, offset, slack, widest):
     return ends[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def relative_rows(first, row_start, rows, row_place, parent, offset, relative_start):
     """Where the unknowns below each supernode lie in the front of its parent: its columns, then its rows.
 
@@ -135,7 +135,7 @@ def relative_rows(first, row_start, rows, row_place, parent, offset, relative_st
     return relative
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def panel_places(row, column, owner, first, row_start, rows, row_place, offset, panel_start, width):
     """Where blocks with these positions, row >= column, begin in the panels of the supernodes."""
     places = np.empty(len(row), np.int64)
