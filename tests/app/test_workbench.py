@@ -71,11 +71,6 @@ def field_of(window: Window, label: str) -> Locator:
     return window.page.get_by_text(label, exact=True).locator(f"xpath={row}").locator("input")
 
 
-def leave(window: Window) -> None:
-    """Take the focus away from whatever has it, so that keys go to the map."""
-    window.page.evaluate("document.activeElement?.blur()")
-
-
 def test_a_log_can_be_stepped_at_once_and_arrives_by_and_by(running: Viewer, open_window: Opener) -> None:
     window = open_window(running.url)
     expect(window.page.get_by_text("corridor.log").first).to_be_visible()
@@ -97,7 +92,6 @@ def test_steps_by_key_and_by_button(ready: Viewer, open_window: Opener) -> None:
     expect(counter).to_have_value("1")
     window.page.get_by_label("Forward 10 scans").click()
     expect(counter).to_have_value("11")
-    leave(window)
     window.page.keyboard.press("End")
     window.page.keyboard.press(" ")
     until(lambda: ready.session.playback.playing, "play")
@@ -114,7 +108,6 @@ def test_layers_are_switched_and_remembered(ready: Viewer, open_window: Opener, 
     box.click()
     until(lambda: Layer.BEAMS not in ready.session.preferences.layers, "the beams to go")
     until(lambda: Layer.BEAMS not in load(memory).layers, "the choice to be kept")
-    leave(window)
     window.page.keyboard.press("1")
     expect(box).to_be_checked()
     until(lambda: Layer.BEAMS in load(memory).layers, "the choice to be kept")

@@ -50,5 +50,5 @@ def sheet() -> str:
     return table.block(
         table.paragraph(INTRODUCTION),
         table.paragraph("Drag to move the map, turn the wheel to zoom, click a thing to learn what it is."),
-        f"<table>{rows}</table>",
+        f'<table class="keys">{rows}</table>',
     )

@@ -20,6 +20,7 @@ BACK_ENDS = {
     "pose_graph": "Poses alone; the curves follow them and do not pull.",
 }
 MODEL = AdjustmentConfig().model
+ROUNDS = "Each round finds anew which beams belong to which point of a curve; there the cost may jump."
 GREY = "#888888"
 
 
@@ -44,6 +45,7 @@ class OptimisePanel:
             height=220,
             visible=False,
         )
+        self._note = gui.add_html(table.block(table.paragraph(ROUNDS, "dim")), visible=False)
         on_press(self._run, lambda: post(Optimise(self._back_end.value)))
         on_press(self._cancel, lambda: post(Cancel()))
 
@@ -67,7 +69,7 @@ class OptimisePanel:
             self._draw(session.costs)
 
     def _draw(self, costs: tuple[float, ...]) -> None:
-        self._curve.visible = len(costs) > 1
+        self._curve.visible = self._note.visible = len(costs) > 1
         if len(costs) > 1:
             self._curve.data = (np.arange(float(len(costs))), np.array(costs))
 
