@@ -74,7 +74,7 @@ function lock(controls) {
   controls.addEventListener("control", () => (wanted = null));
   controls.addEventListener("update", changed);
   controls.addEventListener("rest", changed);
-  keepColours();
+  dress();
   locked = controls;
 }
 
@@ -133,9 +133,11 @@ function tangent() {
   return 2 * Math.tan((viewer().camera.fov * Math.PI) / 360);
 }
 
-// The viewer would map our colours as if they were light in a room.
-function keepColours() {
-  const { scene } = viewer();
+// The viewer would map our colours as if they were light in a room, and says nothing of its canvas.
+function dress() {
+  const { scene, canvas } = viewer();
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", "The map, seen from above");
   if (scene) scene.onBeforeRender = (renderer) => (renderer.toneMapping = 0);
 }
 

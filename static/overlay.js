@@ -23,6 +23,7 @@ export function sayLength(metres) {
 
 const bar = document.createElement("div");
 const readout = document.createElement("div");
+const hint = document.createElement("div");
 
 function drawScale({ metresPerPixel }) {
   const length = roundLength(metresPerPixel);
@@ -61,7 +62,9 @@ export function start() {
   bar.className = "scope-bar";
   bar.setAttribute("role", "img");
   readout.className = "scope-readout";
-  corner.append(bar, readout);
+  hint.className = "scope-hint";
+  hint.setAttribute("role", "status");
+  corner.append(bar, readout, hint);
   layer.append(corner);
   document.body.append(layer);
   watch((view) => {
@@ -69,6 +72,7 @@ export function start() {
     drawScale(view);
   });
   new ResizeObserver(place).observe(document.body);
+  on("hint", (text) => (hint.textContent = text));
   on("dark", (dark) => document.documentElement.classList.toggle("scope-light", !dark));
   window.addEventListener("pointermove", pointerMoved, { passive: true });
 }

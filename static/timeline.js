@@ -13,6 +13,7 @@ const ICONS = {
   on: "M7.5 5v14l9-7z",
   on10: "M3.5 5v14l8-7zM12.5 5v14l8-7z",
 };
+const CORNERS = 44; // px: the scale and the legend stand above the timeline
 const MARKS = [
   ["key", "--scope-mark-key", 0.62, 1],
   ["loop", "--scope-mark-loop", 0, 0.5],
@@ -144,7 +145,7 @@ export function start() {
   on("timeline", (value) => {
     state = value;
     bar.hidden = false;
-    coverBottom(bar.offsetHeight + 12);
+    coverBottom(bar.offsetHeight + CORNERS);
     show();
   });
   on("marks", (value) => {

@@ -15,7 +15,7 @@ from splinescope.scene import Scene, bounds_of
 from splinescope.scene.detail import Detail
 from splinescope.scene.legend import legend
 from splinescope.scene.scan_layers import ties
-from splinescope.scene.scene import DRAWINGS, Frame
+from splinescope.scene.scene import DRAWINGS, Frame, hint
 from splinescope.view import Layer, Selection, View
 
 CLOSE = Viewport(2.5, 2.0, 0.01, 900, 700)
@@ -86,6 +86,13 @@ def test_the_legend_explains_every_verdict() -> None:
         assert all(VERDICT_STYLES[verdict].label in text for verdict in Verdict)
 
 
+def test_what_is_too_small_to_be_drawn_is_said(view: View) -> None:
+    far, near = Detail.of(Viewport(0, 0, 0.1, 900, 700)), Detail.of(CLOSE)
+    assert hint(view, far) == "Zoom in to see control points, ellipses, breakpoints"
+    assert hint(view, near) == ""
+    assert hint(replace(view, layers=frozenset({Layer.SPLINES})), far) == ""
+
+
 def test_bounds_hold_the_map_and_the_path(view: View) -> None:
     bounds = bounds_of(view)
     assert view.map is not None
@@ -127,6 +134,9 @@ def test_only_what_changed_is_sent(page: Page, view: View) -> None:
     scene.draw(replace(view, scan=moved))
     step = ledger.spent()
     assert 0 < step < whole
+    grown = replace(view.map, estimate=view.map.estimate[:-5])
+    scene.draw(replace(view, scan=moved, map=grown))
+    assert 0 < ledger.spent() < step
     scene.draw(replace(view, scan=moved, selection=Selection("spline", 3)))
     assert 0 < ledger.spent() < whole
     scene.draw(replace(view, scan=moved, selection=Selection("spline", 3), layers=view.layers - {Layer.SPLINES}))

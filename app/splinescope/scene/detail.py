@@ -9,7 +9,8 @@ from jaxtyping import Bool, Float
 
 from splinescope.page_values import Bounds, Viewport
 
-CLOSE = 0.015  # m per pixel: from here on control points stand far enough apart to be told from each other
+CLOSE = 0.015  # m per pixel: from here on control points of the map stand far enough apart to be told from each other
+READABLE = 0.03  # m per pixel: farther away the signs on a scan would only cover each other
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +35,13 @@ class Detail:
 
     @property
     def close(self) -> bool:
-        """Whether single control points can be told apart."""
+        """Whether single control points of the map can be told apart."""
         return self.pixel <= CLOSE
+
+    @property
+    def readable(self) -> bool:
+        """Whether the signs on a scan can be told apart."""
+        return self.pixel <= READABLE
 
     def inside(self, points: Float[np.ndarray, "n 2"]) -> Bool[np.ndarray, "n"]:
         """Points within the window."""

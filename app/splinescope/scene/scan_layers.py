@@ -16,7 +16,6 @@ from splinescope.scene.strokes import Strokes, dashed, glyphs, polyline
 from splinescope.view import FittedSegment, MapView, ScanView, Selection
 
 MOST_DASHES = 12  # on one ray
-READABLE = 0.03  # m per pixel: farther away the signs would only cover each other
 GHOST_REACH = 6.0  # m: how far beams without an echo are drawn at least
 ROBOT_PIXELS = 11.0
 ROBOT_LENGTH = 0.35  # m
@@ -97,7 +96,7 @@ def fits(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
 def fit_points(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     """Control points of the fitted curves, small circles."""
     placed = [_placed(f, view) for f in view.segments if f.curve is not None]
-    if not placed or not _readable(detail):
+    if not placed or not detail.readable:
         return Strokes.none()
     points = np.concatenate(placed)
     return glyphs(Glyph.CIRCLE, points, np.tile(theme.ink, (len(points), 1)), 3.0 * detail.pixel)
@@ -106,7 +105,7 @@ def fit_points(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
 def fit_ellipses(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     """2σ ellipses of the control points of the fits."""
     known = [f for f in view.segments if f.curve is not None and f.covariance is not None]
-    if not known or not _readable(detail):
+    if not known or not detail.readable:
         return Strokes.none()
     turn = se2.rotation(float(view.pose[2]))
     covariances = np.concatenate([blocks(f.covariance) for f in known if f.covariance is not None])
@@ -117,7 +116,7 @@ def fit_ellipses(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
 
 def ends(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     """Breakpoints and corners: one glyph per kind of end."""
-    if not _readable(detail):
+    if not detail.readable:
         return Strokes.none()
     places: dict[EndKind, list[Float[np.ndarray, "2"]]] = {kind: [] for kind in EndKind}
     for fitted in view.segments:
@@ -135,7 +134,7 @@ def ends(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
 
 def ties(view: ScanView, map_view: MapView | None, theme: Theme, detail: Detail) -> Strokes:
     """Each decision: its glyph beside the stretch it is about, and a line on to the spline in question."""
-    if not _readable(detail):
+    if not detail.readable:
         return Strokes.none()
     by_index = {fitted.segment.index: fitted.segment for fitted in view.segments}
     parts = []
@@ -211,7 +210,3 @@ def _sensor(view: ScanView) -> Float[np.ndarray, "2"]:
 def _placed(fitted: FittedSegment, view: ScanView) -> Float[np.ndarray, "n 2"]:
     assert fitted.curve is not None
     return se2.transform(view.pose, fitted.curve.control_points)
-
-
-def _readable(detail: Detail) -> bool:
-    return detail.pixel <= READABLE

@@ -15,7 +15,7 @@ from splinescope.scene.detail import OVERVIEW, Detail
 from splinescope.scene.legend import legend
 from splinescope.scene.nodes import LineNode
 from splinescope.scene.strokes import Strokes
-from splinescope.view import Layer, MapView, ScanView, View
+from splinescope.view import Layer, MapView, ScanView, Selection, View
 
 Sources = tuple[object, ...]
 """What a node was drawn from: the same objects again, the same picture again."""
@@ -55,40 +55,41 @@ def _halo(f: Frame) -> Strokes:
     return Strokes.joined([map_layers.halo(f.view.map, *arguments), scan_layers.halo(f.view.scan, *arguments)])
 
 
-def _map(view: View) -> Sources:
-    return (view.map,)
-
-
 def _scan(view: View) -> Sources:
     return (view.scan,)
 
 
-def _map_and_selection(view: View) -> Sources:
-    return (view.map, view.selection)
+def _map(*parts: str) -> Callable[[View], Sources]:
+    """These parts of the map: a path that has grown does not draw the splines again."""
+    return lambda view: tuple(getattr(view.map, part, None) for part in parts)
+
+
+def _map_and_selection(*parts: str) -> Callable[[View], Sources]:
+    return lambda view: (*_map(*parts)(view), view.selection)
 
 
 DRAWINGS = (
     Drawing("no return", Layer.NO_RETURN, 1.0, _scan, _of_scan(scan_layers.no_return_beams)),
     Drawing("beams", Layer.BEAMS, 1.0, _scan, _of_scan(scan_layers.beams)),
-    Drawing("odometry", Layer.ODOMETRY, 1.5, _map, _of_map(map_layers.odometry)),
-    Drawing("truth", Layer.TRUTH, 1.8, _map, _of_map(map_layers.truth)),
-    Drawing("estimate", Layer.ESTIMATE, 1.4, _map, _of_map(map_layers.estimate)),
-    Drawing("loops", Layer.LOOPS, 1.4, _map, _of_map(map_layers.loop_closures)),
-    Drawing("halo", None, 11.0, lambda v: (v.map, v.scan if _segment(v) else None, v.selection), _halo),
+    Drawing("odometry", Layer.ODOMETRY, 1.5, _map("odometry"), _of_map(map_layers.odometry)),
+    Drawing("truth", Layer.TRUTH, 1.8, _map("truth"), _of_map(map_layers.truth)),
+    Drawing("estimate", Layer.ESTIMATE, 1.4, _map("estimate", "key_poses"), _of_map(map_layers.estimate)),
+    Drawing("loops", Layer.LOOPS, 1.4, _map("loop_closures", "key_poses"), _of_map(map_layers.loop_closures)),
+    Drawing("halo", None, 11.0, lambda v: (*_map("map")(v), v.scan if _segment(v) else None, v.selection), _halo),
     Drawing("segments", Layer.SEGMENTS, 6.0, _scan, _of_scan(scan_layers.segments)),
     Drawing(
         "ellipses",
         Layer.ELLIPSES,
         1.2,
-        _map_and_selection,
+        _map_and_selection("map", "covariances"),
         lambda f: _with_selection(f, map_layers.map_ellipses),
     ),
-    Drawing("splines", Layer.SPLINES, 2.6, _map, _of_map(map_layers.splines)),
+    Drawing("splines", Layer.SPLINES, 2.6, _map("map"), _of_map(map_layers.splines)),
     Drawing(
         "control points",
         Layer.CONTROL_POINTS,
         1.4,
-        _map_and_selection,
+        _map_and_selection("map"),
         lambda f: _with_selection(f, map_layers.control_points),
     ),
     Drawing("fit ellipses", Layer.FIT_ELLIPSES, 1.2, _scan, _of_scan(scan_layers.fit_ellipses)),
@@ -99,7 +100,7 @@ DRAWINGS = (
         "associations",
         Layer.ASSOCIATIONS,
         1.8,
-        lambda v: (v.scan, v.map),
+        lambda v: (v.scan, *_map("map")(v)),
         lambda f: (
             Strokes.none() if f.view.scan is None else scan_layers.ties(f.view.scan, f.view.map, f.theme, f.detail)
         ),
@@ -108,7 +109,7 @@ DRAWINGS = (
         "pointed at",
         None,
         2.2,
-        _map_and_selection,
+        _map_and_selection("map", "key_poses"),
         lambda f: map_layers.pointed_at(f.view.map, f.view.selection, f.theme, f.detail),
     ),
     Drawing("robot", None, 2.4, _scan, _of_scan(scan_layers.robot)),
@@ -123,6 +124,15 @@ def _with_selection(f: Frame, draw: Callable[..., Strokes]) -> Strokes:
     return Strokes.none() if f.view.map is None else draw(f.view.map, f.theme, f.detail, f.view.selection)
 
 
+FROM_NEAR_ON_SCAN = {
+    Layer.FIT_POINTS: "control points",
+    Layer.FIT_ELLIPSES: "ellipses",
+    Layer.BREAKS: "breakpoints",
+}
+FROM_NEAR_ON_MAP = {Layer.CONTROL_POINTS: "control points", Layer.ELLIPSES: "ellipses"}
+FROM_NEAR = FROM_NEAR_ON_SCAN | FROM_NEAR_ON_MAP
+
+
 class Scene:
     """Holds the nodes of one page. Call `draw` whenever the View has changed, or when `stale` says that somebody
     zoomed or panned so far that the picture should be made finer, coarser or elsewhere."""
@@ -134,7 +144,7 @@ class Scene:
         self._drawn: dict[str, Sources] = {}
         self._detail = OVERVIEW
         self._dark: bool | None = None
-        self._grid: bool | None = None
+        self._told: dict[str, object] = {}
 
     @property
     def stale(self) -> bool:
@@ -154,12 +164,16 @@ class Scene:
             self._dark = view.dark
             self.page.set_dark(view.dark)
             self.page.send("legend", legend(frame.theme))
-        if (grid := Layer.GRID in view.layers) != self._grid:
-            self._grid = grid
-            self.page.send("grid", grid)
+        self._tell("grid", Layer.GRID in view.layers)
+        self._tell("hint", hint(view, self._detail))
         with self.page.server.atomic():
             for drawing in DRAWINGS:
                 self._update(drawing, frame)
+
+    def _tell(self, topic: str, value: object) -> None:
+        if topic not in self._told or self._told[topic] != value:
+            self._told[topic] = value
+            self.page.send(topic, value)
 
     def _update(self, drawing: Drawing, frame: Frame) -> None:
         node = self._nodes[drawing.name]
@@ -178,9 +192,18 @@ class Scene:
         return OVERVIEW if viewport is None else Detail.of(viewport)
 
 
+def hint(view: View, detail: Detail) -> str:
+    """What is switched on but too small to be drawn at this scale, as a sentence; empty when nothing is."""
+    small = [layer for layer in FROM_NEAR_ON_SCAN if view.scan is not None and not detail.readable]
+    small += [layer for layer in FROM_NEAR_ON_MAP if view.map is not None and not detail.close]
+    names = dict.fromkeys(FROM_NEAR[layer] for layer in small if layer in view.layers)
+    return f"Zoom in to see {', '.join(names)}" if names else ""
+
+
 def _same(before: Sources, now: Sources) -> bool:
-    """Frozen values count by what they hold where that is cheap (Detail, Selection), large ones by identity."""
-    return len(before) == len(now) and all(a is b or a == b for a, b in zip(before, now, strict=True))
+    """Small values count by what they hold, large ones by identity."""
+    pairs = zip(before, now, strict=True)
+    return all(a is b or (isinstance(a, (Detail, Selection)) and a == b) for a, b in pairs)
 
 
 def bounds_of(view: View) -> Bounds | None:
