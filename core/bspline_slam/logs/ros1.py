@@ -50,7 +50,7 @@ _DAMAGE = (CutOff, ValueError, LookupError, struct.error, OSError, EOFError, Run
 def open_ros1(path: Path, data: bytes | mmap.mmap, progress: Progress) -> Recording:
     """The recording in the bytes of a bag. LogError for a version other than 2.0."""
     if data[: len(_VERSION)] != _VERSION:
-        version = bytes(data[len(BAG_MAGIC) : len(BAG_MAGIC) + 3]).decode("latin-1")
+        version = printable(data[len(BAG_MAGIC) : len(BAG_MAGIC) + 3].decode("latin-1"))
         raise LogError(path, f"the bag has format {version}, only 2.0 can be read; `rosbag fix` converts it")
     store = get_typestore(Stores.ROS1_NOETIC)
     store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
