@@ -22,21 +22,32 @@ class Camera:
     def __init__(self, page: Page) -> None:
         self._page = page
         self._fitted: Bounds | None = None
+        self._met: set[int] = set()
 
     def fit(self, wanted: Bounds) -> None:
         """Show all of it in every page."""
         self._fitted = wanted
         self._page.fit(wanted)
 
+    def welcome(self, wanted: Bounds) -> None:
+        """Show all of it in pages that have come since the last time."""
+        for client in self._page.server.get_clients().values():
+            if client.client_id not in self._met and self._page.viewport_of(client) is not None:
+                self._met.add(client.client_id)
+                self._page.fit(wanted, client)
+
     def grow(self, wanted: Bounds) -> None:
         """Show what has been added outside of the last fit, in pages that still see the whole of that."""
-        if self._fitted is None or contains(self._fitted, wanted):
-            return
-        before, self._fitted = self._fitted, union(self._fitted, wanted)
+        if self._fitted is not None and not contains(self._fitted, wanted):
+            self.settle(union(self._fitted, wanted))
+
+    def settle(self, wanted: Bounds) -> None:
+        """Show exactly this in pages that still see the whole of the last fit."""
+        before, self._fitted = self._fitted, wanted
         for client in self._page.server.get_clients().values():
             seen = self._page.bounds_of(client)
-            if seen is not None and contains(seen, before):
-                self._page.fit(self._fitted, client)
+            if before is None or (seen is not None and contains(seen, before)):
+                self._page.fit(wanted, client)
 
     def follow(self, robot: Float[np.ndarray, "3"]) -> None:
         """Bring the robot back to the middle of every page that it is about to leave, at the same scale."""

@@ -22,7 +22,6 @@ FIRST_LAYERS = frozenset(
         Layer.SPLINES,
         Layer.ESTIMATE,
         Layer.ODOMETRY,
-        Layer.LOOPS,
         Layer.GRID,
     }
 )

@@ -25,13 +25,14 @@ from splinescope import preferences as prefs
 from splinescope.camera import Camera, bounds
 from splinescope.keys import PageAction, binding_of
 from splinescope.messages import Message
-from splinescope.page import Mark, Page, TimelineState, open_page
+from splinescope.page import Bounds, Mark, Page, TimelineState, open_page
 from splinescope.panels.help import HelpSheet
 from splinescope.panels.side_bar import SideBar
 from splinescope.paths import find_log
 from splinescope.picking import pick
 from splinescope.scene import Scene
 from splinescope.session import Session
+from splinescope.view import MapView
 from splinescope.worker import Worker
 
 logger = logging.getLogger(__name__)
@@ -103,6 +104,8 @@ class Viewer:
         self._drawn = self._refreshed = self._marked = -1
         self._draw_time = self._panel_time = self._mark_time = 0.0
         self._marks: tuple[Mark, ...] = ()
+        self._was_busy = False
+        self._seen_map: MapView | None = None
         self._listen()
 
     @property
@@ -191,6 +194,7 @@ class Viewer:
                 self._click(item)
             case PageMoved():
                 self._drawn = -1 if self._scene.stale else self._drawn
+                self._camera.welcome(self._bounds())
             case Message():
                 self.session.receive(item)
             case _:
@@ -210,7 +214,7 @@ class Viewer:
         session = self.session
         match action:
             case PageAction.FIT:
-                self._camera.fit(bounds(session.map_view, session.scan_view))
+                self._camera.fit(self._bounds())
             case PageAction.HELP:
                 self._help.toggle()
             case PageAction.ESCAPE:
@@ -247,14 +251,19 @@ class Viewer:
         self._look(session)
 
     def _look(self, session: Session) -> None:
-        wanted = bounds(session.map_view, session.scan_view)
         if session.fit_wanted:
             session.fit_wanted = False
-            self._camera.fit(wanted)
+            self._camera.fit(self._bounds())
         elif session.preferences.follow_robot and session.scan_view is not None:
             self._camera.follow(session.scan_view.pose)
-        elif session.busy:
-            self._camera.grow(wanted)
+        elif session.busy and session.map_view is not self._seen_map:
+            self._camera.grow(self._bounds())
+        elif self._was_busy and not session.busy:
+            self._camera.settle(self._bounds())
+        self._was_busy, self._seen_map = session.busy, session.map_view
+
+    def _bounds(self) -> Bounds:
+        return bounds(self.session.map_view, self.session.scan_view)
 
     def _timeline_state(self) -> TimelineState:
         session = self.session

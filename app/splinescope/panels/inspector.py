@@ -10,7 +10,7 @@ from splinescope.inspector import Description, describe
 from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
 
-HINT = "Click a segment, a curve, a control point or a key pose in the map to see what it is."
+HINT = "Click a segment, a curve, a control point or a key pose in the map to see what it is. Press ? for the keys."
 
 
 class InspectorPanel:

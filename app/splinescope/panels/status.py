@@ -5,10 +5,13 @@ from __future__ import annotations
 import viser
 
 from splinescope import table
-from splinescope.activity import duration
+from splinescope.activity import Work, duration
 from splinescope.commands import Cancel
 from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
+
+
+WHAT_HAPPENS = "Each scan is cut into segments; the curves fitted to them are tied to curves of the map, which grows."
 
 
 class StatusPanel:
@@ -39,6 +42,8 @@ def headline(session: Session) -> list[str]:
         parts.append(table.paragraph(f"Opening {session.opening.title or session.opening.path.name}…"))
     elif session.activity is not None:
         parts.append(table.paragraph(doing(session)))
+        if session.activity.work is Work.PROCESSING:
+            parts.append(table.paragraph(WHAT_HAPPENS, "dim"))
     elif session.log is None:
         parts.append(table.paragraph("No log is open. Choose one under Log."))
     elif session.snapshot is not None:

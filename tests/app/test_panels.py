@@ -1,0 +1,127 @@
+"""What the panels say, and that their widgets follow the session and ask by commands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.inline import InlineEstimator, deliver, session_with, stand_in
+from app.logs import MemoryLog, corridor_log
+from splinescope import commands as ask
+from splinescope.activity import Activity, Work, duration
+from splinescope.page import Page
+from splinescope.panels import layers, log, optimise, status, timeline
+from splinescope.panels.help import HelpSheet
+from splinescope.panels.side_bar import SideBar
+from splinescope.preferences import Preferences
+from splinescope.session import Session
+from splinescope.view import Layer
+
+
+@pytest.fixture(scope="module")
+def drive() -> MemoryLog:
+    return corridor_log(np.random.default_rng(8), 30, notes=("Time steps backwards <3> times.",))
+
+
+@pytest.fixture
+def finished(drive: MemoryLog, monkeypatch: pytest.MonkeyPatch) -> Session:
+    stand_in(monkeypatch, drive)
+    session, inline = session_with(drive)
+    deliver(session, inline)
+    return session
+
+
+@pytest.fixture
+def empty() -> Session:
+    return Session(InlineEstimator(), lambda _: None, Preferences())
+
+
+def test_the_status_names_the_log_the_job_and_the_time_left(finished: Session) -> None:
+    finished.activity = Activity(Work.PROCESSING, 9, "Matching scans", 0.25, 80.0)
+    text = "".join(status.headline(finished))
+    assert "corridor.log" in text
+    assert "Matching scans · 25 % · 1 min 20 s left" in text
+    finished.activity = None
+    assert f"{len(finished.snapshot.map) if finished.snapshot else 0:,} splines" in "".join(status.headline(finished))
+
+
+def test_the_status_of_nothing_says_where_to_begin(empty: Session) -> None:
+    assert "No log is open" in "".join(status.headline(empty))
+    empty.apply(ask.OpenLog(Path("a<b>.log")))
+    assert "Opening a&lt;b&gt;.log" in "".join(status.headline(empty))
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(0.4, "0 s"), (59.4, "59 s"), (59.6, "1 min 00 s"), (3599.0, "59 min 59 s"), (7500.0, "2 h 05 min")],
+)
+def test_lengths_of_time_are_said_in_words(seconds: float, said: str) -> None:
+    assert duration(seconds) == said
+
+
+def test_layers_without_anything_to_show_say_why(finished: Session, drive: MemoryLog) -> None:
+    assert not layers.missing(finished)
+    finished.covariances = {}
+    finished.log = replace(drive, truth=None, odometry=None)
+    assert {layer for layer, _ in layers.missing(finished)} == {Layer.TRUTH, Layer.ODOMETRY, Layer.ELLIPSES}
+
+
+def test_the_log_tells_its_figures_and_its_notes(drive: MemoryLog) -> None:
+    rows = dict(log.figures(drive))
+    assert rows["scans"] == "30"
+    assert rows["beams"] == "181 over 180°, to 12 m"
+    assert "Time steps backwards &lt;3&gt; times." in "".join(log.about(drive))
+    assert dict(log.figures(replace(drive, odometry=None)))["odometry"].startswith("none")
+
+
+def test_the_result_of_a_solve_is_told_with_its_figures(finished: Session) -> None:
+    text = "".join(optimise.report(finished))
+    assert finished.solution is not None
+    assert f"{finished.solution.cost_before:,.1f} → {finished.solution.cost_after:,.1f}" in text
+    assert "100.0 mm" in text
+    assert "900 / 1,000 = 0.90" in text
+
+
+def test_a_solver_that_cannot_run_yet_says_why(empty: Session) -> None:
+    assert "No log is open" in "".join(optimise.report(empty))
+
+
+def test_a_running_solver_tells_its_cost(finished: Session) -> None:
+    finished.activity = Activity(Work.OPTIMISING, 9, "Adjustment", 0.5)
+    finished.costs = (1000.0, 12.5)
+    assert "Adjustment · 50 % · cost 12.5" in "".join(optimise.report(finished))
+
+
+def test_the_role_of_a_scan_is_told(finished: Session) -> None:
+    assert timeline.role(finished, 0, True, False) == "key scan"
+    assert "not in the graph" in timeline.role(finished, 1, False, False)
+    assert "lost" in timeline.role(finished, 1, False, True)
+    finished.steps.clear()
+    assert "not processed" in timeline.role(finished, 0, False, False)
+    assert dict(timeline.figures(finished))["beams that hit"].endswith("of 181")
+
+
+def test_widgets_follow_the_session(page: Page, finished: Session, empty: Session) -> None:
+    asked: list[object] = []
+    bar = SideBar(page.server.gui, asked.append)
+    bar.refresh(empty)
+    finished.preferences = replace(finished.preferences, layers=frozenset({Layer.TRUTH}), dark=False)
+    bar.refresh(finished)
+    values = {
+        getattr(widget, "label", ""): widget.value for widget in page.server.gui._gui_input_handle_from_uuid.values()
+    }
+    assert values[Layer.TRUTH.value] is True
+    assert values[Layer.BEAMS.value] is False
+    assert values["Dark page"] is False
+    assert not asked, "what the session changes must not be asked for again"
+
+
+def test_the_help_sheet_can_be_put_away_twice(page: Page) -> None:
+    sheet = HelpSheet(page.server.gui, lambda _: None)
+    sheet.toggle()
+    sheet.toggle()
+    sheet.close()
+    sheet.toggle()
