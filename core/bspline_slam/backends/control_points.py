@@ -7,7 +7,7 @@ from jaxtyping import Float
 from scipy.linalg import solveh_banded
 
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
-from bspline_slam.backends.packing import pack_curves, pack_edges
+from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
 from bspline_slam.backends.pattern import Blocks, find_pattern, linearise_terms
 from bspline_slam.graph import Graph
 
@@ -20,10 +20,18 @@ def solve_control_points(graph: Graph, poses: Float[np.ndarray, "n 3"]) -> Float
 
     Directions that nothing observes keep the values of `graph.control_points`.
     """
-    control_points = graph.control_points
+    return fit_control_points(pack_curves(graph), pack_edges(graph), poses, graph.control_points)
+
+
+def fit_control_points(
+    curves: CurveTerms,
+    edges: EdgeTerms,
+    poses: Float[np.ndarray, "n 3"],
+    control_points: Float[np.ndarray, "N 2"],
+) -> Float[np.ndarray, "N 2"]:
+    """The same of packed terms, from these control points."""
     if len(control_points) == 0:
         return control_points
-    curves, edges = pack_curves(graph), pack_edges(graph)
     pattern = find_pattern(curves, edges, len(control_points))
     for _ in range(STEPS):
         blocks = linearise_terms(curves, edges, pattern, State(poses, control_points))

@@ -67,8 +67,10 @@ class Direct:
     def solve(self, graph: Graph, *, progress: Progress = silent, cancelled: Cancelling = never) -> Estimate:
         """The optimum of the graph. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
         check_anchored(graph)
+        problem = FullProblem.from_graph(graph)
         start = State(graph.poses, graph.control_points)
-        return estimate_of(graph, descend(FullProblem.from_graph(graph), start, self.stopping, progress, cancelled))
+        descent = descend(problem, start, self.stopping, progress, cancelled)
+        return estimate_of(graph, problem.curves, problem.edges, descent)
 
     def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
         """Blocks of the inverse of the Gauss-Newton matrix at the estimate, robust weights as they are there."""

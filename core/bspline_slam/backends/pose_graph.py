@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.linalg import solveh_banded
 
 from bspline_slam.backends.check import check_anchored
-from bspline_slam.backends.control_points import curve_band, solve_control_points
+from bspline_slam.backends.control_points import curve_band, fit_control_points
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import Descent, State, Stopping, descend
 from bspline_slam.backends.marginals import control_points_of
@@ -45,14 +45,15 @@ class PoseGraph:
         start = State(alone.poses, alone.control_points)
         descent = descend(FullProblem.from_graph(alone), start, self.stopping, with_start, cancelled)
         records = [replace(record, control_points=graph.control_points) for record in descent.records]
-        state = State(descent.state.poses, solve_control_points(graph, descent.state.poses))
+        poses, curves, edges = descent.state.poses, pack_curves(graph), pack_edges(graph)
+        state = State(poses, fit_control_points(curves, edges, poses, graph.control_points))
         step = State(np.zeros((0, 3)), state.control_points - graph.control_points)
         last = records[-1]
         records.append(
             IterationRecord(last.index + 1, last.cost, step.norm, 0.0, last.seconds, state.poses, state.control_points)
         )
         progress(records[-1])
-        return estimate_of(graph, Descent(state, tuple(records), descent.converged))
+        return estimate_of(graph, curves, edges, Descent(state, tuple(records), descent.converged))
 
     def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
         """Of poses: blocks of the inverse of the pose graph's own matrix, which knows of no spline.

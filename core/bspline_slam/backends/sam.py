@@ -17,6 +17,7 @@ import numpy as np
 from bspline_slam.backends.check import check_anchored
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State, Stopping, descend
 from bspline_slam.backends.marginals import control_points_of
+from bspline_slam.backends.packing import pack_curves, pack_edges
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.errors import SolverError
@@ -39,7 +40,8 @@ class Sam:
         """The optimum of the graph. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
         check_anchored(graph)
         start = State(graph.poses, graph.control_points)
-        return estimate_of(graph, descend(FactorProblem(graph), start, self.stopping, progress, cancelled))
+        descent = descend(FactorProblem(graph), start, self.stopping, progress, cancelled)
+        return estimate_of(graph, pack_curves(graph), pack_edges(graph), descent)
 
     def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
         """Blocks of the inverse of the Gauss-Newton matrix at the estimate, by gtsam.Marginals."""

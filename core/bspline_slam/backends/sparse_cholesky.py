@@ -75,7 +75,7 @@ class Analysis:
                 *(panels, inverses, np.empty(nodes.update_size), np.empty(nodes.largest_below)),
             )
         if bad >= 0:
-            raise SolverError(f"the problem is singular: nothing determines {self._name(self.order[bad])}")
+            raise SolverError(f"the problem is singular: nothing determines {self._name(int(self.order[bad]))}")
         return Factor(self, panels, inverses)
 
     def _name(self, unknown: int) -> str:

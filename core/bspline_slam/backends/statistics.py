@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bspline_slam.backends.gauss_newton import Descent, State
-from bspline_slam.backends.packing import pack_curves, pack_edges
+from bspline_slam.backends.packing import CurveTerms, EdgeTerms
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.graph import Graph
 
 
-def estimate_of(graph: Graph, descent: Descent) -> Estimate:
-    """The estimate that a descent reached, with the statistics of all factors of the graph."""
+def estimate_of(graph: Graph, curves: CurveTerms, edges: EdgeTerms, descent: Descent) -> Estimate:
+    """The estimate that a descent reached, with the statistics of all factors; the terms are those of the graph."""
     state = descent.state
     return Estimate(
         graph,
@@ -17,14 +17,14 @@ def estimate_of(graph: Graph, descent: Descent) -> Estimate:
         state.control_points,
         descent.records,
         descent.converged,
-        chi_square(graph, state),
+        chi_square(graph, curves, edges, state),
         degrees_of_freedom(graph),
     )
 
 
-def chi_square(graph: Graph, state: State) -> float:
+def chi_square(graph: Graph, curves: CurveTerms, edges: EdgeTerms, state: State) -> float:
     """Σ w‖e‖², w the weight of the robust kernel, and the constants of the spline factors."""
-    squares = pack_curves(graph).cost(state.poses, state.control_points) + pack_edges(graph).cost(state.poses)[1]
+    squares = curves.cost(state.poses, state.control_points) + edges.cost(state.poses)[1]
     return squares + sum(factor.constant for factor in graph.spline_factors)
 
 

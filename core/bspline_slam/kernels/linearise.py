@@ -18,14 +18,17 @@ def square_terms(size, start, A, gram):
     """Fill `gram` with AᵀA of each curve term."""
     for f in range(len(size)):
         r, w = size[f, 0], 2 * size[f, 1]
-        a, g = start[f, 0], start[f, 2]
+        a = A[start[f, 0] : start[f, 0] + r * w].reshape(r, w)
+        square = gram[start[f, 2] : start[f, 2] + w * w].reshape(w, w)
         for i in range(w):
-            for j in range(w):
-                gram[g + i * w + j] = 0.0
-        for row in range(r):
-            for i in range(w):
-                for j in range(w):
-                    gram[g + i * w + j] += A[a + row * w + i] * A[a + row * w + j]
+            for j in range(i, w):
+                square[i, j] = 0.0
+            for row in range(r):
+                factor = a[row, i]
+                for j in range(i, w):
+                    square[i, j] += factor * a[row, j]
+            for j in range(i + 1, w):
+                square[j, i] = square[i, j]
 
 
 @njit(cache=True, nogil=True)
