@@ -1,0 +1,88 @@
+"""What pages are made to see: arithmetic of rectangles, and who is left alone."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app import views
+from splinescope.camera import FIT_MARGIN, Camera, around, bounds, contains, strayed, union
+from splinescope.page import Bounds, Viewport
+
+HERE = Viewport(0.0, 0.0, 0.01, 1000.0, 600.0)
+
+
+class Pages:
+    """A page with clients that see what they are told to see."""
+
+    def __init__(self, *seen: Bounds) -> None:
+        self.seen = dict(enumerate(seen))
+        self.fitted: list[tuple[Bounds, int | None]] = []
+        clients = {number: SimpleNamespace(client_id=number) for number in self.seen}
+        self.server: Any = SimpleNamespace(get_clients=lambda: clients)
+
+    def fit(self, wanted: Bounds, client: Any = None) -> None:
+        self.fitted.append((wanted, None if client is None else client.client_id))
+
+    def bounds_of(self, client: Any) -> Bounds:
+        return self.seen[client.client_id]
+
+    def viewport_of(self, client: Any) -> Viewport:
+        return HERE
+
+
+def camera_of(pages: Pages) -> Camera:
+    page: Any = pages
+    return Camera(page)
+
+
+def test_the_rectangle_holds_map_path_and_scan() -> None:
+    shown = views.office(np.random.default_rng(1))
+    left, low, right, high = bounds(shown.map, shown.scan)
+    assert shown.map is not None
+    points = np.concatenate([shown.map.estimate[:, :2], *(s.curve.control_points for s in shown.map.map)])
+    assert np.all(points >= [left, low])
+    assert np.all(points <= [right, high])
+    assert bounds(None, None) == (-5.0, -5.0, 5.0, 5.0)
+
+
+def test_a_growing_map_moves_only_pages_that_saw_all_of_it() -> None:
+    pages = Pages((-2.0, -2.0, 12.0, 12.0), (3.0, 3.0, 4.0, 4.0))
+    camera = camera_of(pages)
+    camera.fit((0.0, 0.0, 10.0, 10.0))
+    camera.grow((2.0, 2.0, 9.0, 9.0))
+    assert pages.fitted == [((0.0, 0.0, 10.0, 10.0), None)]
+    camera.grow((2.0, 2.0, 15.0, 9.0))
+    assert pages.fitted[1:] == [((0.0, 0.0, 15.0, 10.0), 0)]
+
+
+def test_a_new_page_is_welcomed_once() -> None:
+    pages = Pages((0.0, 0.0, 1.0, 1.0))
+    camera = camera_of(pages)
+    for _ in range(3):
+        camera.welcome((0.0, 0.0, 5.0, 5.0))
+    assert pages.fitted == [((0.0, 0.0, 5.0, 5.0), 0)]
+
+
+def test_the_robot_is_followed_when_it_is_about_to_leave_and_the_scale_stays() -> None:
+    assert not strayed(np.array([2.0, 1.0, 0.0]), HERE)
+    robot = np.array([4.0, 1.0, 0.0])
+    assert strayed(robot, HERE)
+    left, low, right, high = around(robot, HERE)
+    assert (right - left) / (HERE.width - FIT_MARGIN) == pytest.approx(HERE.metres_per_pixel)
+    assert ((left + right) / 2, (low + high) / 2) == pytest.approx((4.0, 1.0))
+    pages = Pages(HERE.bounds)
+    camera_of(pages).follow(robot)
+    assert [client for _, client in pages.fitted] == [0]
+
+
+def test_rectangles_are_joined_and_compared_with_a_little_slack() -> None:
+    a, b = (0.0, 0.0, 1.0, 1.0), (0.5, -1.0, 3.0, 0.5)
+    both = union(a, b)
+    assert contains(both, a)
+    assert contains(both, b)
+    assert not contains(a, b)
+    assert contains(a, (-0.005, 0.0, 1.0, 1.0))
