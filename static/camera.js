@@ -54,6 +54,13 @@ export function coverBottom(pixels) {
   check();
 }
 
+/** Go nearer (factor above 1) or farther, about the middle of the view. */
+export function zoom(factor) {
+  if (!locked) return;
+  wanted = null;
+  locked.dollyTo(Math.min(locked.distance / factor, viewer().configuredMaxOrbitDistance), true);
+}
+
 function lock(controls) {
   const { ACTION } = controls.constructor;
   Object.assign(controls.mouseButtons, {

@@ -2,9 +2,10 @@
 
 import { worldAt } from "./camera.js";
 import { send, viewer } from "./channel.js";
+import { zoomBy } from "./zoom.js";
 
 const CAMERA_CODES = new Set(["KeyW", "KeyA", "KeyS", "KeyD", "KeyQ", "KeyE"]);
-const REPEATING = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", ",", "."]);
+const REPEATING = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", ",", ".", "+", "=", "-"]);
 const ALONE = new Set(["Shift", "Control", "Alt", "Meta", "CapsLock", "Dead", "Process", "Unidentified"]);
 const PRESSING = new Set([" ", "Enter"]); // these work a focused button
 const STEERING = /^(Arrow|Home|End|Page)/; // these work a focused slider, tab or list
@@ -34,7 +35,8 @@ function pressed(event) {
   if (event.repeat && !REPEATING.has(event.key)) return;
   const modified = event.ctrlKey || event.metaKey || event.altKey;
   if (modified ? /^[zy]$/i.test(event.key) : !/^(F\d+|Escape)$/.test(event.key)) event.preventDefault();
-  send("key", nameOf(event));
+  const name = nameOf(event);
+  if (!zoomBy(name)) send("key", name);
 }
 
 let down = null;

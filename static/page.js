@@ -7,11 +7,13 @@ import { start as startKeys } from "./keys.js";
 import { start as startLegend } from "./legend.js";
 import { start as startOverlay } from "./overlay.js";
 import { start as startTimeline } from "./timeline.js";
+import { start as startZoom } from "./zoom.js";
 
 open();
 startGrid();
 startOverlay();
 startLegend();
 startTimeline();
+startZoom();
 startCamera();
 startKeys();

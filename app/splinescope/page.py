@@ -23,7 +23,7 @@ import viser
 from jaxtyping import Float
 
 from splinescope.page_channel import PageEvent, PageState
-from splinescope.page_server import ANY_ADDRESS, start_server
+from splinescope.page_server import ANY_ADDRESS, start_server, stop_server
 from splinescope.page_values import Bounds, Mark, TimelineState, Viewport
 
 __all__ = ["Bounds", "Mark", "Page", "TimelineState", "Viewport", "open_page"]
@@ -142,7 +142,7 @@ class Page:
 
     def stop(self) -> None:
         """Close the page for everybody."""
-        self.server.stop()
+        stop_server(self.server)
 
     # -- events --------------------------------------------------------------------------------------------------
     def _receive(self, client_id: int, event: PageEvent) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import gzip
 import http
 import io
@@ -54,9 +55,15 @@ def start_server(host: str, port: int, title: str) -> viser.ViserServer:
     with _serving(page_html(title).encode(), host), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, verbose=False)
     if port not in (0, server.get_port()):
-        server.stop()
+        stop_server(server)
         raise ConfigError(_taken(host, port))
     return server
+
+
+def stop_server(server: viser.ViserServer) -> None:
+    """End the server without its farewell on the terminal."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
 
 
 def check_address(host: str, port: int) -> None:
@@ -73,7 +80,7 @@ def check_address(host: str, port: int) -> None:
     except PermissionError as error:
         raise ConfigError(f"this user may not listen on port {port}: choose one above 1023") from error
     except OSError as error:
-        if error.errno == 98 or "in use" in str(error):
+        if error.errno == errno.EADDRINUSE:
             raise ConfigError(_taken(host, port)) from error
         raise ConfigError(f"this machine cannot listen on {host}:{port}: {error.strerror}") from error
 

@@ -119,6 +119,51 @@ def test_the_wheel_zooms_about_the_pointer(page: Page, open_window: Opener) -> N
     assert window.settled() == after  # and stays there
 
 
+def test_a_finger_drags_and_two_fingers_pinch(page: Page, open_window: Opener) -> None:
+    page.fit(ROOM)
+    window = open_window(page.url)
+    straight, before = window.camera(), window.settled()
+    fingers = window.page.context.new_cdp_session(window.page)
+
+    def touch(kind: str, *points: tuple[float, float]) -> None:
+        at = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(points)]
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+        window.page.wait_for_timeout(60)
+
+    touch("touchStart", (300, 300))
+    for step in range(1, 5):
+        touch("touchMove", (300 + 15 * step, 300))
+    touch("touchEnd")
+    dragged = window.settled()
+    assert dragged["x"] < before["x"] - 30 * before["metresPerPixel"]
+    touch("touchStart", (300, 300), (400, 300))
+    for step in range(1, 5):
+        touch("touchMove", (300 - 10 * step, 300 - 5 * step), (400 + 10 * step, 300 + 5 * step))
+    touch("touchEnd")
+    assert window.settled()["metresPerPixel"] < 0.9 * dragged["metresPerPixel"]
+    assert window.camera()["quaternion"] == pytest.approx(straight["quaternion"], abs=1e-9)
+
+
+def test_buttons_and_keys_zoom(page: Page, open_window: Opener) -> None:
+    pressed: list[str] = []
+    page.on_key(pressed.append)
+    page.fit(ROOM)
+    window = open_window(page.url)
+    scales = [window.settled()["metresPerPixel"]]
+    for act in (
+        lambda: window.page.get_by_role("button", name="Zoom in").click(),
+        lambda: window.page.keyboard.press("-"),
+        lambda: window.page.keyboard.press("+"),
+        lambda: window.page.get_by_role("button", name="Zoom out").click(),
+    ):
+        act()
+        scales.append(window.settled()["metresPerPixel"])
+    assert np.diff(np.log(scales)) == pytest.approx(np.log(1.6) * np.array([-1, 1, -1, 1]), abs=0.01)
+    window.page.get_by_role("button", name="Show the whole map").click()
+    until(lambda: pressed, "the key for it")
+    assert pressed == ["f"]
+
+
 def test_a_fit_shows_the_rectangle_in_every_page(page: Page, open_window: Opener) -> None:
     windows = [open_window(page.url), open_window(page.url, width=900, height=600)]
     page.fit(ROOM)
@@ -253,6 +298,18 @@ def test_the_page_can_be_light(page: Page, open_window: Opener) -> None:
     window.page.wait_for_function("document.documentElement.classList.contains('scope-light')")
     light = window.page.evaluate("getComputedStyle(document.querySelector('.scope-sheet')).backgroundColor")
     assert sum(map(int, light[4:-1].split(","))) > sum(map(int, dark[4:-1].split(",")))
+
+
+def test_the_legend_folds_and_remembers_it(page: Page, open_window: Opener) -> None:
+    entries = [{"label": "Matched", "svg": "<svg viewBox='0 0 34 14'></svg>"}]
+    page.send("legend", [{"title": "Associations", "entries": entries}])
+    window = open_window(page.url)
+    entry = window.page.get_by_text("Matched")
+    assert not entry.is_visible()
+    window.page.get_by_text("Legend").click()
+    entry.wait_for(state="visible")
+    window.page.reload()
+    entry.wait_for(state="visible")
 
 
 def test_nonsense_from_a_page_is_not_passed_on(page: Page, open_window: Opener) -> None:

@@ -14,7 +14,8 @@ from splinescope.palette import DARK, LIGHT, VERDICT_STYLES, theme
 from splinescope.scene import Scene, bounds_of
 from splinescope.scene.detail import Detail
 from splinescope.scene.legend import legend
-from splinescope.scene.scan_layers import ties
+from splinescope.scene.map_layers import loop_closures
+from splinescope.scene.scan_layers import robot, ties
 from splinescope.scene.scene import DRAWINGS, Frame, hint
 from splinescope.view import Layer, Selection, View
 
@@ -78,6 +79,29 @@ def test_a_decision_by_hand_is_marked(view: View) -> None:
         for by in ("rule", "hand")
     ]
     assert drawn[1] > drawn[0]
+
+
+@pytest.mark.parametrize("scale", [0.002, 0.02, 0.2])
+def test_the_robot_never_gets_small(view: View, scale: float) -> None:
+    assert view.scan is not None
+    drawn = robot(view.scan, DARK, Detail.of(Viewport(0, 0, scale, 900, 700)))
+    assert np.ptp(drawn.segments.reshape(-1, 2), axis=0).max() >= 14 * scale
+
+
+def test_a_lost_scan_is_told_by_hue_and_by_a_sign(view: View) -> None:
+    assert view.scan is not None
+    known, lost = (robot(replace(view.scan, lost=lost), DARK, Detail.of(CLOSE)) for lost in (False, True))
+    assert len(lost) > len(known)
+    assert not np.array_equal(lost.colours[0], known.colours[0])
+
+
+def test_a_rejected_loop_is_broken_in_the_middle(view: View) -> None:
+    assert view.map is not None
+    only = replace(view.map, loop_closures=view.map.loop_closures[:1])
+    pair = [replace(view.map.loop_closures[0], accepted=accepted) for accepted in (True, False)]
+    whole, broken = (loop_closures(replace(only, loop_closures=(c,)), DARK, Detail.of(CLOSE)) for c in pair)
+    assert [len(whole), len(broken)] == [1, 2]
+    assert not np.array_equal(whole.colours[0], broken.colours[0])
 
 
 def test_the_legend_explains_every_verdict() -> None:

@@ -18,7 +18,7 @@ from splinescope.view import FittedSegment, MapView, ScanView, Selection
 MOST_DASHES = 12  # on one ray
 GHOST_REACH = 6.0  # m: how far beams without an echo are drawn at least
 ROBOT_PIXELS = 11.0
-ROBOT_LENGTH = 0.35  # m
+ROBOT_LENGTH = 0.2  # m: half of what it is long
 
 END_GLYPHS = {
     EndKind.EDGE: Glyph.BAR,
@@ -177,7 +177,7 @@ def _tie(
 def robot(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     """The robot as an arrowhead that never gets small: filled for a key scan, with a warning where it is lost."""
     size = max(ROBOT_PIXELS * detail.pixel, ROBOT_LENGTH)
-    outline = size * np.array([[1.1, 0.0], [-0.8, 0.72], [-0.4, 0.0], [-0.8, -0.72], [1.1, 0.0]])
+    outline = size * np.array([[1.1, 0.0], [-0.8, 0.66], [-0.45, 0.0], [-0.8, -0.66], [1.1, 0.0]])
     hue = theme.legible(VERMILION) if view.lost else theme.ink
     lines = [polyline(se2.transform(view.pose, outline))]
     if view.key:
