@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -80,11 +81,7 @@ class Theme:
 
     def legible(self, hue: Colour, contrast: float = MINIMUM_CONTRAST) -> Colour:
         """The hue, moved towards the ink just as far as this contrast with the background asks for."""
-        for share in np.linspace(0.0, 1.0, 41):
-            colour = mix(hue, self.ink, float(share))
-            if contrast_ratio(colour, self.background) >= contrast:
-                return colour
-        return self.ink
+        return _legible(hue.tobytes(), self.background.tobytes(), self.ink.tobytes(), contrast)
 
     def faint(self, hue: Colour, strength: float) -> Colour:
         """The hue as if drawn with this opacity (0…1) on the background."""
@@ -99,6 +96,13 @@ class Theme:
     def verdict(self, verdict: Verdict) -> Colour:
         """The hue of a decision on an association."""
         return self.legible(VERDICT_STYLES[verdict].hue)
+
+
+@cache
+def _legible(hue: bytes, background: bytes, ink: bytes, contrast: float) -> Colour:
+    colour, ground, most = (np.frombuffer(c, dtype=np.uint8) for c in (hue, background, ink))
+    mixtures = (mix(colour, most, float(share)) for share in np.linspace(0.0, 1.0, 41))
+    return next((mixture for mixture in mixtures if contrast_ratio(mixture, ground) >= contrast), most)
 
 
 DARK = Theme(_rgb("0D1218"), _rgb("F2F5F8"))
