@@ -29,12 +29,24 @@ MINIMUM_CONTRAST = 3.0  # WCAG 2.2, 1.4.11: what graphics need against their bac
 
 
 class LineStyle(Enum):
-    """How a line is broken: lengths of ink and gap in pixels; empty for a line without gaps."""
+    """How a line is broken."""
 
-    SOLID = ()
-    DASHED = (9.0, 6.0)
-    DOTTED = (2.5, 4.5)
-    DASH_DOT = (11.0, 4.0, 2.5, 4.0)
+    SOLID = "solid"
+    DASHED = "dashed"
+    DOTTED = "dotted"
+    DASH_DOT = "dash-dot"
+
+    @property
+    def pattern(self) -> tuple[float, ...]:
+        """Lengths of ink and gap in pixels; empty for a line without gaps."""
+        return _PATTERNS.get(self, ())
+
+
+_PATTERNS = {
+    LineStyle.DASHED: (9.0, 6.0),
+    LineStyle.DOTTED: (2.5, 4.5),
+    LineStyle.DASH_DOT: (11.0, 4.0, 2.5, 4.0),
+}
 
 
 class Glyph(Enum):

@@ -74,13 +74,13 @@ def test_a_robot_at_rest_costs_two_points() -> None:
     assert len(simplified(rest, 0.05)) <= 3
 
 
-@given(style=st.sampled_from([s for s in LineStyle if s.value]), length=st.floats(0.5, 30.0))
+@given(style=st.sampled_from([s for s in LineStyle if s.pattern]), length=st.floats(0.5, 30.0))
 def test_dashes_cover_the_share_of_the_line_that_their_pattern_says(style: LineStyle, length: float) -> None:
     bend = np.array([[0.0, 0.0], [0.6 * length, 0.0], [0.6 * length, 0.4 * length]])
     segments = dashed(bend, style, pixel=0.01)
     drawn = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()
-    period = 0.01 * sum(style.value)
-    assert drawn / length == pytest.approx(sum(style.value[::2]) / sum(style.value), abs=period / length)
+    period = 0.01 * sum(style.pattern)
+    assert drawn / length == pytest.approx(sum(style.pattern[::2]) / sum(style.pattern), abs=period / length)
     assert distance_to(np.stack([bend[:-1], bend[1:]], axis=1), segments.reshape(-1, 2)).max() < 1e-9
 
 

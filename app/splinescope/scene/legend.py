@@ -68,7 +68,7 @@ def _entry(label: str, drawing: str) -> dict[str, str]:
 
 
 def _line(colour: Colour, style: LineStyle, x: float = 1.0, length: float = 32.0, gap: bool = False) -> str:
-    dashes = "12 8" if gap else " ".join(f"{part:g}" for part in style.value)
+    dashes = "12 8" if gap else " ".join(f"{part:g}" for part in style.pattern)
     return (
         f'<path d="M{x:g} 7h{length:g}" fill="none" stroke="{hexadecimal(colour)}" '
         f'stroke-width="2" stroke-dasharray="{dashes}"/>'

@@ -44,7 +44,7 @@ def no_return_beams(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     farthest = 1.1 * float(np.max(scan.ranges[scan.valid], initial=0.0))
     reach = min(max(farthest, GHOST_REACH), scan.range_max)
     rays = _rays(view, free, np.full(len(free), reach), detail, apart=8.0)
-    pixel = max(detail.pixel, reach / MOST_DASHES / sum(LineStyle.DASHED.value))
+    pixel = max(detail.pixel, reach / MOST_DASHES / sum(LineStyle.DASHED.pattern))
     dashes = [dashed(ray, LineStyle.DASHED, pixel) for ray in rays]
     return Strokes.joined(Strokes.of(dash, theme.faint(GREY, 0.35)) for dash in dashes)
 

@@ -48,7 +48,7 @@ def polyline(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2 2"]:
 
 def dashed(points: Float[np.ndarray, "n 2"], style: LineStyle, pixel: float) -> Float[np.ndarray, "m 2 2"]:
     """A polyline broken into the dashes of `style`, at `pixel` metres per pixel."""
-    pattern = np.array(style.value) * pixel
+    pattern = np.array(style.pattern) * pixel
     if not len(pattern) or len(points) < 2:
         return polyline(points)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
