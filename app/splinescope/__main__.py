@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import signal
 import sys
 import threading
@@ -101,9 +102,14 @@ def view(options: argparse.Namespace) -> None:
         log,
         host=options.host,
         port=options.port,
-        browser=not options.no_browser,
+        browser=not options.no_browser and has_display(),
         session=options.session,
     )
+
+
+def has_display() -> bool:
+    """Whether a browser would open a window of its own; in a bare terminal it would take over that terminal."""
+    return sys.platform == "darwin" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
 
 
 def run(options: argparse.Namespace) -> None:
