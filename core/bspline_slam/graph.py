@@ -42,17 +42,18 @@ class SplineFactor:
         self, pose: Float[np.ndarray, "3"], control_points: Float[np.ndarray, "m 2"]
     ) -> Float[np.ndarray, "r"]:
         """e of the observing pose and the m observed control points, both in the world frame."""
-        return self.A @ se2.transform(se2.inverse(pose), control_points).ravel() - self.b
+        points_robot = (control_points - pose[:2]) @ se2.rotation(pose[2])
+        return self.A @ points_robot.ravel() - self.b
 
     def jacobians(
         self, pose: Float[np.ndarray, "3"], control_points: Float[np.ndarray, "m 2"]
     ) -> tuple[Float[np.ndarray, "r 3"], Float[np.ndarray, "r d"]]:
         """∂e/∂(x, y, θ) and ∂e/∂vec(c): ∂q_i/∂c_i = Rᵀ = −∂q_i/∂x, ∂q_i/∂θ = (q_iy, −q_ix)."""
-        points_robot = se2.transform(se2.inverse(pose), control_points)
-        by_point = (self.A.reshape(-1, len(control_points), 2) @ se2.rotation(pose[2]).T).reshape(self.A.shape)
+        turn, count = se2.rotation(pose[2]), len(control_points)
+        points_robot = (control_points - pose[:2]) @ turn
+        by_point = self.A.reshape(-1, count, 2) @ turn.T
         by_turn = self.A @ (points_robot[:, ::-1] * (1.0, -1.0)).ravel()
-        by_position = -by_point.reshape(-1, len(control_points), 2).sum(axis=1)
-        return np.column_stack([by_position, by_turn]), by_point
+        return np.column_stack([-by_point.sum(axis=1), by_turn]), by_point.reshape(self.A.shape)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,9 +1,9 @@
 """Smoothing and mapping with gtsam: the same factors and the same optimum as `direct`, as a reference.
 
 gtsam holds Python's lock while it eliminates: run this back end in a process of its own where anything else must
-stay responsive. One iteration linearises, eliminates (multifrontal Cholesky, COLAMD) and retracts by hand; the
-optimiser classes evaluate the Python factors several times as often. Keys are integers: pose i is i, control
-point k is n + k.
+stay responsive. One iteration linearises, eliminates (multifrontal Cholesky, METIS order found once) and retracts by
+hand: the optimiser classes evaluate the Python factors several times as often, and COLAMD fills in three times as
+much. Keys are integers: pose i is i, control point k is n + k.
 """
 
 from __future__ import annotations
@@ -44,20 +44,22 @@ class Sam:
         return estimate_of(graph, pack_curves(graph), pack_edges(graph), descent)
 
     def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
-        """Blocks of the inverse of the Gauss-Newton matrix at the estimate, by gtsam.Marginals."""
-        state = State(estimate.poses, estimate.control_points)
-        linearised = FactorProblem(estimate.graph).linearise(state)
-        marginals = gtsam.Marginals(linearised.held(0.0), values_of(state))
-        n = len(estimate.poses)
-        keys = {spline: (n + control_points_of(estimate.graph, spline)).tolist() for spline in splines}
+        """Blocks of the inverse of the Gauss-Newton matrix at the estimate, asked of gtsam's Bayes tree one by one.
+
+        On a map of 1,000 poses each block takes gtsam about 0.1 to 0.5 s; `direct` gives the same numbers all at once.
+        """
+        graph, state = estimate.graph, State(estimate.poses, estimate.control_points)
+        linearised = FactorProblem(graph).linearise(state)
+        tree = linearised.held(0.0).eliminateMultifrontal(linearised.ordering)
+        keys = {spline: (len(graph.poses) + control_points_of(graph, spline)).tolist() for spline in splines}
         return Marginals(
-            {pose: marginals.marginalCovariance(pose) for pose in poses},
-            {spline: marginals.jointMarginalCovariance(keys[spline]).fullMatrix() for spline in splines},
+            {pose: tree.marginalCovariance(pose) for pose in poses},
+            {spline: tree.jointMarginalCovariance(keys[spline]).fullMatrix() for spline in splines},
         )
 
 
 class FactorProblem:
-    """A graph as gtsam factors."""
+    """A graph as gtsam factors, and the order in which their keys are eliminated."""
 
     def __init__(self, graph: Graph) -> None:
         self.factors = gtsam.NonlinearFactorGraph()
@@ -72,13 +74,18 @@ class FactorProblem:
         for shape in graph.shape_priors:
             keys = [*range(n + shape.first, n + shape.first + shape.A.shape[1] // 2)]
             self._add(len(shape.b), keys, shape_error(shape, keys))
+        self.ordering = gtsam.Ordering.MetisNonlinearFactorGraph(self.factors)
+        touched = self.factors.keys()
+        for key in range(n + len(graph.control_points)):
+            if touched.count(key) == 0:
+                self.ordering.push_back(key)
 
     def cost(self, state: State) -> float:
         """½ Σ ρ(‖e‖²)."""
         return self.factors.error(values_of(state))
 
     def linearise(self, state: State) -> LinearisedFactors:
-        return LinearisedFactors(self.factors.linearize(values_of(state)), state)
+        return LinearisedFactors(self.factors.linearize(values_of(state)), state, self.ordering)
 
     def _add(self, rows: int, keys: list[int], error: Error, kernel: Kernel = None) -> None:
         model = gtsam.noiseModel.Unit.Create(rows)
@@ -93,13 +100,13 @@ class LinearisedFactors:
 
     factors: gtsam.GaussianFactorGraph
     at: State
+    ordering: gtsam.Ordering
 
     def step(self, damping: float) -> State:
-        held = self.held(damping)
         try:
-            solution = held.optimize(gtsam.Ordering.ColamdGaussianFactorGraph(held)).vector()
+            solution = self.held(damping).optimize(self.ordering).vector()
         except RuntimeError as error:
-            raise SolverError("the problem is singular: gtsam cannot eliminate it") from error
+            raise SolverError(f"gtsam cannot eliminate the problem: {str(error).strip()}") from error
         poses = 3 * len(self.at.poses)
         return State(solution[:poses].reshape(-1, 3), solution[poses:].reshape(-1, 2))
 
