@@ -114,7 +114,7 @@ def describe_spline(spline_id: int, world: MapView, steps: Mapping[int, SlamStep
 
 def sightings(spline_id: int, steps: Iterable[SlamStep]) -> list[int]:
     """Key scans with a piece that was given to the spline, in order."""
-    return sorted(step.scan for step in steps if any(a.spline == spline_id for a in step.associations))
+    return sorted(s.scan for s in steps if s.associations and any(a.spline == spline_id for a in s.associations))
 
 
 def describe_control_point(spline_id: int, number: int, world: MapView) -> Description:

@@ -40,12 +40,15 @@ def empty() -> Session:
 
 
 def test_the_status_names_the_log_the_job_and_the_time_left(finished: Session) -> None:
-    finished.activity = Activity(Work.PROCESSING, 9, "Matching scans", 0.25, 80.0)
+    assert finished.estimation is not None
+    finished.estimation.activity = Activity(Work.PROCESSING, 9, "Matching scans", 0.25, 80.0)
     text = "".join(status.headline(finished))
     assert "corridor.log" in text
     assert "Matching scans · 25 % · 1 min 20 s left" in text
-    finished.activity = None
-    assert f"{len(finished.snapshot.map) if finished.snapshot else 0:,} splines" in "".join(status.headline(finished))
+    finished.estimation.activity = None
+    assert f"{len(finished.findings.snapshot.map) if finished.findings.snapshot else 0:,} splines" in "".join(
+        status.headline(finished)
+    )
 
 
 def test_the_status_of_nothing_says_where_to_begin(empty: Session) -> None:
@@ -64,8 +67,8 @@ def test_lengths_of_time_are_said_in_words(seconds: float, said: str) -> None:
 
 def test_layers_without_anything_to_show_say_why(finished: Session, drive: MemoryLog) -> None:
     assert not layers.missing(finished)
-    finished.covariances = {}
-    finished.log = replace(drive, truth=None, odometry=None)
+    finished.findings.covariances = {}
+    finished.findings.log = replace(drive, truth=None, odometry=None)
     assert {layer for layer, _ in layers.missing(finished)} == {Layer.TRUTH, Layer.ODOMETRY, Layer.ELLIPSES}
 
 
@@ -90,8 +93,9 @@ def test_a_solver_that_cannot_run_yet_says_why(empty: Session) -> None:
 
 
 def test_a_running_solver_tells_its_cost(finished: Session) -> None:
-    finished.activity = Activity(Work.OPTIMISING, 9, "Adjustment", 0.5)
-    finished.costs = (1000.0, 12.5)
+    assert finished.estimation is not None
+    finished.estimation.activity = Activity(Work.OPTIMISING, 9, "Adjustment", 0.5)
+    finished.estimation.costs = (1000.0, 12.5)
     assert "Adjustment · 50 % · cost 12.5" in "".join(optimise.report(finished))
 
 
@@ -99,7 +103,7 @@ def test_the_role_of_a_scan_is_told(finished: Session) -> None:
     assert timeline.role(finished, 0, True, False) == "key scan"
     assert "not in the graph" in timeline.role(finished, 1, False, False)
     assert "lost" in timeline.role(finished, 1, False, True)
-    finished.steps.clear()
+    finished.findings.steps.clear()
     assert "not processed" in timeline.role(finished, 0, False, False)
     assert dict(timeline.figures(finished))["beams that hit"].endswith("of 181")
 

@@ -57,13 +57,13 @@ def test_an_opened_log_can_be_stepped_before_anything_is_processed(log: MemoryLo
 
 def test_the_cursor_follows_the_processing_until_a_person_takes_it(log: MemoryLog) -> None:
     session, inline = session_with(log)
-    while session.processed == 0:
+    while session.findings.processed == 0:
         session.receive(inline.messages.pop(0))
-    assert session.cursor == session.processed - 1
+    assert session.cursor == session.findings.processed - 1
     session.apply(ask.Seek(0))
     deliver(session, inline)
     assert session.cursor == 0
-    assert session.processed == len(log)
+    assert session.findings.processed == len(log)
     session.apply(ask.FollowProcessing(True))
     assert session.cursor == len(log) - 1
 
@@ -117,40 +117,40 @@ def test_a_key_scan_shows_its_recorded_decisions_and_another_scan_none(
 def test_the_map_moves_with_every_iteration(finished: tuple[Session, InlineEstimator]) -> None:
     session, inline = finished
     session.apply(ask.Seek(7))
-    start = session.snapshot
+    start = session.findings.snapshot
     assert start is not None
     session.apply(ask.Optimise("direct"))
     first = next(message for message in inline.messages if isinstance(message, told.Iterated))
     aside = np.array([1.0, 0.0, 0.0])
     record = replace(first.record, poses=start.poses[start.key_scans] + aside)
     session.receive(replace(first, record=record))
-    assert session.snapshot is not None
-    assert np.allclose(session.snapshot.poses, start.poses + aside)
+    assert session.findings.snapshot is not None
+    assert np.allclose(session.findings.snapshot.poses, start.poses + aside)
     assert session.scan_view is not None
-    assert np.allclose(session.scan_view.pose, session.snapshot.poses[7])
+    assert np.allclose(session.scan_view.pose, session.findings.snapshot.poses[7])
     assert session.costs == (record.cost,)
 
 
 def test_a_failed_or_stopped_solve_leaves_the_map_as_it_was(finished: tuple[Session, InlineEstimator]) -> None:
     session, inline = finished
-    before = session.snapshot
+    before = session.findings.snapshot
     for end in (told.Failed(0, "no memory left"), told.Stopped(0)):
         session.apply(ask.Optimise("sam"))
         job = len(inline.asked)
         session.receive(next(message for message in inline.messages if isinstance(message, told.Iterated)))
         inline.messages.clear()
         session.receive(replace(end, job=job))
-        assert session.snapshot is before
+        assert session.findings.snapshot is before
         assert session.activity is None
     assert session.troubles == ("no memory left",)
 
 
 def test_nothing_is_lost_when_the_estimator_dies_in_the_middle(log: MemoryLog) -> None:
     session, inline = session_with(log)
-    while session.snapshot is None:
+    while session.findings.snapshot is None:
         session.receive(inline.messages.pop(0))
     session.receive(told.Failed(1, "The estimator ended unexpectedly."))
-    assert session.snapshot is not None
+    assert session.findings.snapshot is not None
     assert session.activity is None
     assert session.notices[-1].bad
     session.apply(ask.Optimise("direct"))
@@ -159,10 +159,10 @@ def test_nothing_is_lost_when_the_estimator_dies_in_the_middle(log: MemoryLog) -
 
 def test_messages_of_a_job_that_nobody_waits_for_are_dropped(finished: tuple[Session, InlineEstimator]) -> None:
     session, _ = finished
-    before = session.snapshot
+    before = session.findings.snapshot
     session.receive(told.Finished(1, None))
     session.receive(told.Failed(1, "too late"))
-    assert session.snapshot is before
+    assert session.findings.snapshot is before
     assert not session.troubles
 
 
@@ -185,7 +185,7 @@ def test_a_bad_log_leaves_the_open_one_alone(finished: tuple[Session, InlineEsti
     assert session.troubles == ("broken.log: no scans in it",)
     assert session.notices[-1].bad
     assert session.title == "corridor.log"
-    assert session.snapshot is not None
+    assert session.findings.snapshot is not None
 
 
 def test_of_two_logs_asked_for_the_newer_one_is_opened(log: MemoryLog) -> None:
@@ -206,7 +206,12 @@ def test_opening_another_log_stops_the_work_on_the_first(finished: tuple[Session
     assert session.log is not None
     session.apply(ask.LogOpened(request, session.log))
     assert inline.cancelled > 0
-    assert (session.cursor, session.selection, session.snapshot, session.processed) == (0, None, None, 0)
+    assert (session.cursor, session.selection, session.findings.snapshot, session.findings.processed) == (
+        0,
+        None,
+        None,
+        0,
+    )
 
 
 def test_a_segment_is_selected_only_while_its_scan_is_shown(finished: tuple[Session, InlineEstimator]) -> None:

@@ -54,7 +54,7 @@ def ready(running: Viewer, log: Path) -> Viewer:
     """The application, its log processed, standing on a key scan."""
     if running.session.title != log.name and running.session.opening is None:
         running.post(ask.OpenLog(log))
-    until(lambda: running.session.solution and running.session.covariances, "the end of processing", PATIENCE)
+    until(lambda: running.session.solution and running.session.findings.covariances, "the end of processing", PATIENCE)
     running.post(ask.Select(None))
     running.post(ask.Seek(0))
     until(lambda: running.session.cursor == 0 and running.session.selection is None, "the first scan")
@@ -141,7 +141,7 @@ def test_decisions_are_listed_and_selected_by_number(ready: Viewer, open_window:
     expect(window.page.get_by_text(f"{len(scan.associations)} decisions")).to_be_visible()
     window.page.get_by_role("button", name="Select the segment").click()
     expect(window.page.get_by_text("Segment 0 of scan 0")).to_be_visible()
-    ready.post(ask.Seek(next(i for i in range(SCANS) if not ready.session.steps[i].key)))
+    ready.post(ask.Seek(next(i for i in range(SCANS) if not ready.session.findings.steps[i].key)))
     expect(window.page.get_by_text("is not a key scan").first).to_be_visible()
 
 
@@ -169,7 +169,7 @@ def test_a_bad_file_is_a_sentence_and_the_open_log_stays(ready: Viewer, open_win
     until(lambda: ready.session.troubles, "the sentence")
     expect(window.page.locator(".ss .bad")).to_contain_text("<b>bad.log")
     assert ready.session.title == "corridor.log"
-    assert ready.session.snapshot is not None
+    assert ready.session.findings.snapshot is not None
 
 
 def test_a_file_can_be_uploaded(ready: Viewer, open_window: Opener, log: Path, tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ class InspectorPanel:
         if session.selection is None:
             self._text.content = table.block(table.paragraph(HINT, "dim"))
             return
-        found = describe(session.selection, session.scan_view, session.map_view, session.steps)
+        found = describe(session.selection, session.scan_view, session.map_view, session.findings.steps)
         self._text.content = table.block(*parts(found))
 
 

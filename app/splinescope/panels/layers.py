@@ -45,6 +45,6 @@ def missing(session: Session) -> list[tuple[Layer, str]]:
         gone.append((Layer.TRUTH, "This log has no ground truth."))
     if session.log.odometry is None:
         gone.append((Layer.ODOMETRY, "This log has no odometry."))
-    if not session.covariances:
+    if not session.findings.covariances:
         gone.append((Layer.ELLIPSES, "The ellipses of the map are computed when processing or optimising has ended."))
     return gone

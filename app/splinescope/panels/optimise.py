@@ -61,7 +61,7 @@ class OptimisePanel:
 
     def refresh(self, session: Session) -> None:
         working = session.activity is not None and session.activity.work is Work.OPTIMISING
-        self._run.disabled = session.why_not_optimise is not None
+        self._run.disabled = session.refusal is not None
         self._run.visible, self._cancel.visible = not working, working
         self._text.content = table.block(*report(session))
         if session.costs != self._costs:
@@ -76,7 +76,7 @@ class OptimisePanel:
 
 def report(session: Session) -> list[str]:
     """What the solver does, did, or waits for, as HTML parts."""
-    refusal = session.why_not_optimise
+    refusal = session.refusal
     if session.activity is not None and session.activity.work is Work.OPTIMISING:
         cost = f" · cost {session.costs[-1]:,.1f}" if session.costs else ""
         return [table.paragraph(doing(session) + cost)]

@@ -10,7 +10,6 @@ from splinescope.commands import Cancel
 from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
 
-
 WHAT_HAPPENS = "Each scan is cut into segments; the curves fitted to them are tied to curves of the map, which grows."
 
 
@@ -46,7 +45,7 @@ def headline(session: Session) -> list[str]:
             parts.append(table.paragraph(WHAT_HAPPENS, "dim"))
     elif session.log is None:
         parts.append(table.paragraph("No log is open. Choose one under Log."))
-    elif session.snapshot is not None:
+    elif session.findings.snapshot is not None:
         parts.append(table.paragraph(summary(session), "dim"))
     return parts
 
@@ -66,7 +65,7 @@ def doing(session: Session) -> str:
 
 def summary(session: Session) -> str:
     """The map in one line."""
-    snapshot = session.snapshot
+    snapshot = session.findings.snapshot
     if snapshot is None:
         return "There is no map yet."
     accepted = sum(loop.accepted for loop in snapshot.loop_closures)

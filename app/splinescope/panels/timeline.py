@@ -46,7 +46,7 @@ def figures(session: Session) -> list[tuple[str, str]]:
 
 def role(session: Session, index: int, key: bool, lost: bool) -> str:
     """What the scan is to the estimator."""
-    if index not in session.steps:
+    if index not in session.findings.steps:
         return "not processed: placed by odometry"
     if lost:
         return "lost: odometry was trusted"

@@ -1,0 +1,78 @@
+"""What is known of one log: its scans, what the estimator made of them so far, and how both are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamStep, Snapshot
+from splinescope.map_view import dead_reckoned, view_map
+from splinescope.scan_view import view_scan
+from splinescope.view import MapView, ScanView
+
+
+class Findings:
+    """The open log (None: none is open) with steps, snapshot and covariances as they arrive.
+
+    `processed` counts the scans done. `map_view` and `scan_view` give the same object as long as it looks the same.
+    """
+
+    def __init__(self, log: ScanLog | None = None) -> None:
+        self.log = log
+        self.steps: dict[int, SlamStep] = {}
+        self.processed = 0
+        self.snapshot: Snapshot | None = None
+        self.covariances: dict[int, Float[np.ndarray, "d d"]] = {}
+        self._map_view: MapView | None = None
+        self._scan_view: tuple[tuple[object, ...], ScanView] | None = None
+
+    def record(self, steps: Iterable[SlamStep]) -> None:
+        """Take in what was done with some scans; a later word on the same scan replaces the earlier one."""
+        for step in steps:
+            self.steps[step.scan] = step
+            self.processed = max(self.processed, step.scan + 1)
+
+    def show(self, snapshot: Snapshot | None) -> None:
+        """From now on the map is this one; its covariances are not known yet."""
+        if snapshot is not self.snapshot:
+            self.snapshot, self.covariances, self._map_view = snapshot, {}, None
+
+    def know(self, covariances: dict[int, Float[np.ndarray, "d d"]]) -> None:
+        """The covariances of the splines of this map."""
+        self.covariances, self._map_view = covariances, None
+
+    def pose(self, index: int) -> Float[np.ndarray, "3"]:
+        """Where scan `index` was taken, by the best that is known: the estimate, else odometry from its end."""
+        if self.snapshot is not None and index < len(self.snapshot.poses):
+            return self.snapshot.poses[index]
+        if index in self.steps:
+            return self.steps[index].pose
+        last = self.processed - 1
+        odometry = self.log.odometry if self.log is not None else None
+        if last not in self.steps:
+            return dead_reckoned(index, 0, np.zeros(3), odometry)
+        return dead_reckoned(index, last, self.steps[last].pose, odometry)
+
+    @property
+    def map_view(self) -> MapView | None:
+        if self._map_view is None and self.log is not None:
+            self._map_view = view_map(self.log, self.snapshot, self.covariances)
+        return self._map_view
+
+    def scan_view(self, index: int) -> ScanView | None:
+        if self.log is None or not len(self.log):
+            return None
+        pose, step = self.pose(index), self.steps.get(index)
+        key = (index, tuple(pose), step)
+        if self._scan_view is None or self._scan_view[0] != key:
+            self._scan_view = (key, self._drawn_anew(self.log, index, pose, step))
+        return self._scan_view[1]
+
+    def _drawn_anew(self, log: ScanLog, index: int, pose: Float[np.ndarray, "3"], step: SlamStep | None) -> ScanView:
+        if self._scan_view is not None and self._scan_view[0][::2] == (index, step):
+            return replace(self._scan_view[1], pose=pose)
+        return view_scan(log[index], pose, step)
