@@ -58,7 +58,8 @@ def test_the_compiled_rows_agree_with_the_plain_ones(seed: int, m: int) -> None:
     assert low == plain.first
     np.testing.assert_allclose(A.T @ A, plain.A.T @ plain.A, rtol=1e-9, atol=1e-7)
     np.testing.assert_allclose(A.T @ b, plain.A.T @ plain.b, rtol=1e-9, atol=1e-7)
-    np.testing.assert_allclose(constant, plain.constant, rtol=1e-7, atol=1e-7)
+    total, plain_total = b @ b + constant, plain.b @ plain.b + plain.constant  # the split is free where rows vanish
+    np.testing.assert_allclose(total, plain_total, rtol=1e-9, atol=1e-7)
 
 
 def wall() -> tuple[BSpline, np.ndarray, np.ndarray]:
