@@ -12,7 +12,7 @@ let locked = null; // the camera controls that have been configured
 let sender = null; // changes with every connection
 let shown = ""; // what the watchers know
 let wanted = null; // the rectangle to show; null once a person has moved the camera
-let fitted = 0; // number of the last fit
+let fitted = ""; // the last fit that was asked for
 let bottom = 0; // px covered by the timeline
 let timer = null;
 

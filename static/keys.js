@@ -39,10 +39,17 @@ function pressed(event) {
   if (!zoomBy(name)) send("key", name);
 }
 
+// What was worked with the mouse gives the keys back to the map; who came by the keyboard stays.
+function clicked(event) {
+  if (event.detail > 0 && presses(event.target)) setTimeout(() => document.activeElement?.blur());
+}
+
 let down = null;
 
 function pointerDown(event) {
-  down = event.target === viewer()?.canvas && event.button === 0 && event.isPrimary ? event : null;
+  const onMap = event.target === viewer()?.canvas;
+  if (onMap) document.activeElement?.blur();
+  down = onMap && event.button === 0 && event.isPrimary ? event : null;
 }
 
 // A click on a button or a tab leaves the keys with the map; who works it by keyboard keeps it.
@@ -61,6 +68,7 @@ function pointerUp(event) {
 
 export function start() {
   window.addEventListener("keydown", pressed, { capture: true });
+  window.addEventListener("click", clicked);
   window.addEventListener("pointerdown", pointerDown, { capture: true });
   window.addEventListener("pointerup", pointerUp, { capture: true });
 }

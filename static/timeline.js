@@ -141,7 +141,10 @@ export function start() {
     jump.blur();
     show();
   });
-  speed.addEventListener("change", () => ask("speed", Number(speed.value)));
+  speed.addEventListener("change", () => {
+    ask("speed", Number(speed.value));
+    speed.blur();
+  });
   on("timeline", (value) => {
     state = value;
     bar.hidden = false;

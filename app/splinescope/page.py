@@ -15,6 +15,7 @@ and return. Every page that looks on shares the scene and the timeline; each has
 from __future__ import annotations
 
 import logging
+import secrets
 from collections.abc import Callable
 from typing import Any
 
@@ -53,6 +54,7 @@ class Page:
         self._viewports: dict[int, Viewport] = {}
         self._marks: tuple[Mark, ...] | None = None
         self._fits = 0
+        self._name = secrets.token_hex(4)
         self._keys: list[KeyCallback] = []
         self._clicks: list[ClickCallback] = []
         self._timelines: list[TimelineCallback] = []
@@ -93,7 +95,7 @@ class Page:
         """Show this rectangle with a little air around it, in one page or in every page now and later."""
         if np.all(np.isfinite(bounds)):
             self._fits += 1
-            self.send("fit", {"bounds": [float(b) for b in bounds], "number": self._fits}, client)
+            self.send("fit", {"bounds": [float(b) for b in bounds], "number": f"{self._name}-{self._fits}"}, client)
 
     def viewport_of(self, client: viser.ClientHandle) -> Viewport | None:
         """What this page sees; None until it has told."""
@@ -169,12 +171,15 @@ class Page:
             case "viewport":
                 names = ("x", "y", "metresPerPixel", "width", "height")
                 viewport = Viewport(*(float(value[name]) for name in names))
-                self._viewports.pop(client_id, None)
-                self._viewports[client_id] = viewport
+                self._viewports = {**self._others(client_id), client_id: viewport}
                 return [(callback, ()) for callback in self._views]
         raise ValueError(topic)
 
     async def _forget(self, client: viser.ClientHandle) -> None:
-        self._viewports.pop(client.client_id, None)
+        self._viewports = self._others(client.client_id)
         for callback in self._views:
             callback()
+
+    def _others(self, client_id: int) -> dict[int, Viewport]:
+        """A new dictionary each time, for other threads may be reading the old one."""
+        return {other: viewport for other, viewport in self._viewports.items() if other != client_id}

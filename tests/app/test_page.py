@@ -214,10 +214,32 @@ def test_keys_arrive_by_name_and_not_while_typing(page: Page, open_window: Opene
     window.page.keyboard.type("f a. ")
     assert field.input_value() == "f a. "
     window.page.mouse.click(400, 300)
-    window.page.evaluate("document.activeElement.blur()")
     window.page.keyboard.press("g")
     until(lambda: pressed[-1] == "g", "the next key")
     assert pressed == [*names, "g"]
+
+
+def test_keys_go_to_the_map_again_once_the_mouse_has_worked_a_widget(page: Page, open_window: Opener) -> None:
+    pressed: list[str] = []
+    page.on_key(pressed.append)
+    box = page.server.gui.add_checkbox("Beams", False)
+    button = page.server.gui.add_button("Optimise")
+    presses: list[int] = []
+    button.on_click(lambda event: presses.append(1))
+    window = open_window(page.url)
+    window.page.locator("input[type=checkbox]:visible").click()
+    until(lambda: box.value, "the box to be ticked")
+    window.page.keyboard.press("Space")
+    window.page.get_by_role("button", name="Optimise").click()
+    window.page.keyboard.press("Space")
+    window.page.keyboard.press("ArrowLeft")
+    until(lambda: len(pressed) >= 3, "the keys")
+    assert pressed == [" ", " ", "ArrowLeft"]
+    assert box.value
+    window.page.get_by_role("button", name="Optimise").focus()
+    window.page.keyboard.press("Space")
+    until(lambda: len(presses) == 2, "the focused button to take the key")
+    assert pressed == [" ", " ", "ArrowLeft"]
 
 
 def test_a_click_gives_the_point_of_the_world(page: Page, open_window: Opener) -> None:

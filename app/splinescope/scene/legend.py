@@ -38,7 +38,7 @@ def legend(theme: Theme) -> list[Section]:
         for style in VERDICT_STYLES.values()
     ]
     verdicts.append(_entry("Decided by hand", _glyph(theme.legible(PURPLE), Glyph.DIAMOND, 6.0)))
-    quiet = theme.legible(theme.faint(theme.ink, 0.6))
+    quiet = theme.legible(theme.faint(theme.ink, 0.42))
     paths = [
         _entry("Estimate", _line(quiet, LineStyle.SOLID)),
         _entry("Odometry", _line(theme.legible(GREY), LineStyle.DASHED)),

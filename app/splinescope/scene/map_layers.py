@@ -58,7 +58,7 @@ def map_ellipses(view: MapView, theme: Theme, detail: Detail, selection: Selecti
 
 def estimate(view: MapView, theme: Theme, detail: Detail) -> Strokes:
     """The estimated path, solid, with a dot at every key pose where they can be told apart."""
-    colour = theme.legible(theme.faint(theme.ink, 0.6))
+    colour = theme.legible(theme.faint(theme.ink, 0.42))
     line = _path(view.estimate, LineStyle.SOLID, colour, detail)
     if not detail.close:
         return line
