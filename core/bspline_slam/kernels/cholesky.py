@@ -48,11 +48,7 @@ def factorise(
         while c >= 0:
             moved = relative[relative_start[c] : relative_start[c + 1]]
             update = updates[update_start[c] : update_start[c] + height[c] ** 2].reshape(height[c], height[c])
-            inside = _inside(moved, w)
-            for i in range(height[c]):
-                target, source = panel[moved[i]], update[i]
-                for j in range(min(inside, i + 1)):
-                    target[moved[j]] -= source[j]
+            _take_columns(update, moved, w, panel)
             c = sibling[c]
         for i in range(w):
             panel[i, i] += shift
@@ -74,13 +70,29 @@ def factorise(
         while c >= 0:
             moved = relative[relative_start[c] : relative_start[c + 1]]
             before = updates[update_start[c] : update_start[c] + height[c] ** 2].reshape(height[c], height[c])
-            inside = _inside(moved, w)
-            for i in range(inside, height[c]):
-                target, source = update[moved[i] - w], before[i]
-                for j in range(inside, i + 1):
-                    target[moved[j] - w] += source[j]
+            _take_rest(before, moved, w, update)
             c = sibling[c]
     return -1
+
+
+@njit(cache=True, nogil=True)
+def _take_columns(update, moved, w, panel):
+    """Subtract from a panel what a child's update says about its w columns; lower half."""
+    inside = _inside(moved, w)
+    for i in range(len(moved)):
+        target, source = panel[moved[i]], update[i]
+        for j in range(min(inside, i + 1)):
+            target[moved[j]] -= source[j]
+
+
+@njit(cache=True, nogil=True)
+def _take_rest(before, moved, w, update):
+    """Add to an update what a child's update says about later columns; lower half."""
+    inside = _inside(moved, w)
+    for i in range(inside, len(moved)):
+        target, source = update[moved[i] - w], before[i]
+        for j in range(inside, i + 1):
+            target[moved[j] - w] += source[j]
 
 
 @njit(cache=True, nogil=True)
@@ -175,16 +187,7 @@ def invert(
             beyond = later[later_start[p] : later_start[p] + u_p * u_p].reshape(u_p, u_p)
             mine = later[later_start[s] : later_start[s] + u * u].reshape(u, u)
             moved = relative[relative_start[s] : relative_start[s + 1]]
-            inside = _inside(moved, w_p)
-            for i in range(u):
-                target = mine[i]
-                for j in range(inside):
-                    target[j] = above[moved[i], moved[j]]
-                    mine[j, i] = target[j]
-                if i >= inside:
-                    source = beyond[moved[i] - w_p]
-                    for j in range(inside, u):
-                        target[j] = source[moved[j] - w_p]
+            _gather(above, beyond, moved, w_p, mine)
             below = panels[panel_start[s] + w * w : panel_start[s] + (w + u) * w].reshape(u, w)
             Y, own = np.empty((u, w)), np.empty((w, w))
             np.dot(below, inverse, Y)
@@ -196,3 +199,18 @@ def invert(
             for i in range(w, w + u):
                 for j in range(w):
                     panel[i, j] = -panel[i, j]
+
+
+@njit(cache=True, nogil=True)
+def _gather(above, beyond, moved, w, mine):
+    """The inverse at rows and columns `moved` of a front: its first w columns lie in `above`, the rest in `beyond`."""
+    inside = _inside(moved, w)
+    for i in range(len(moved)):
+        target = mine[i]
+        for j in range(inside):
+            target[j] = above[moved[i], moved[j]]
+            mine[j, i] = target[j]
+        if i >= inside:
+            source = beyond[moved[i] - w]
+            for j in range(inside, len(moved)):
+                target[j] = source[moved[j] - w]

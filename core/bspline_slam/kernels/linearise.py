@@ -96,19 +96,25 @@ def linearise_curves(
                 g_pose[i, 0] -= c * g_x - s * g_y
                 g_pose[i, 1] -= s * g_x + c * g_y
                 g_pose[i, 2] += g_x * q[2 * k + 1] - g_y * q[2 * k]
-            for d in range(w // 2 - k):
-                far = k + d
-                xx, xy = G[2 * k, 2 * far], G[2 * k, 2 * far + 1]
-                yx, yy = G[2 * k + 1, 2 * far], G[2 * k + 1, 2 * far + 1]
-                tx, ty = c * xx - s * yx, c * xy - s * yy
-                vx, vy = s * xx + c * yx, s * xy + c * yy
-                block = H_curve[k0 + k, d]
-                block[0, 0] += tx * c - ty * s
-                block[0, 1] += tx * s + ty * c
-                block[1, 0] += vx * c - vy * s
-                block[1, 1] += vx * s + vy * c
+        _linearise_points(G, c, s, H_curve[k0 : k0 + w // 2])
         if i >= 0:
             _linearise_observer(G, q, c, s, u, H_pose[i], H_sight[sight[f] : sight[f] + w // 2])
+
+
+@njit(cache=True, nogil=True)
+def _linearise_points(G, c, s, H_curve):
+    """The blocks R G_kl Rᵀ of the observed control points."""
+    for k in range(len(G) // 2):
+        for d in range(len(G) // 2 - k):
+            far, block = k + d, H_curve[k, d]
+            xx, xy = G[2 * k, 2 * far], G[2 * k, 2 * far + 1]
+            yx, yy = G[2 * k + 1, 2 * far], G[2 * k + 1, 2 * far + 1]
+            tx, ty = c * xx - s * yx, c * xy - s * yy
+            vx, vy = s * xx + c * yx, s * xy + c * yy
+            block[0, 0] += tx * c - ty * s
+            block[0, 1] += tx * s + ty * c
+            block[1, 0] += vx * c - vy * s
+            block[1, 1] += vx * s + vy * c
 
 
 @njit(cache=True, nogil=True)

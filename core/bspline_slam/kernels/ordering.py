@@ -49,61 +49,26 @@ def minimum_degree(start, neighbours, weight):
             pool = _grown(pool, pool_end, 2 * len(pool) + bound)
         stamp += 1
         begin[p] = pool_end
-        for k in range(start[p], start[p] + node_count[p]):
-            v = near_nodes[k]
-            if size[v] > 0 and mark[v] != stamp:
-                mark[v] = stamp
-                pool[pool_end] = v
-                pool_end += 1
-        for k in range(start[p], start[p] + element_count[p]):
-            e = near_elements[k]
-            if not alive[e]:
-                continue
-            alive[e] = False
-            for m in range(begin[e], begin[e] + count[e]):
-                v = pool[m]
-                if size[v] > 0 and mark[v] != stamp:
-                    mark[v] = stamp
-                    pool[pool_end] = v
-                    pool_end += 1
+        pool_end = _tie(
+            p, start, near_nodes, node_count, near_elements, element_count, size, alive, begin, count, mark, stamp,
+            pool, pool_end,
+        )  # fmt: skip
         tied = pool[begin[p] : pool_end]
-        tied_weight = 0
-        for v in tied:
-            tied_weight += size[v]
-            for k in range(start[v], start[v] + element_count[v]):
-                e = near_elements[k]
-                if alive[e]:
-                    if mark_element[e] != stamp:
-                        mark_element[e], outside[e] = stamp, element_weight[e]
-                    outside[e] -= size[v]
+        tied_weight = _count_outside(
+            tied, start, near_elements, element_count, size, alive, element_weight, outside, mark_element, stamp
+        )
         alive[p] = True
         for v in tied:
             _remove(v, degree[v], head, following, previous)
-            beyond, kept = 0, 0
-            for k in range(start[v], start[v] + element_count[v]):
-                e = near_elements[k]
-                if alive[e] and outside[e] == 0:
-                    alive[e] = False
-                if alive[e]:
-                    near_elements[start[v] + kept] = e
-                    kept += 1
-                    beyond += outside[e]
-            near_elements[start[v] + kept] = p
-            element_count[v] = kept + 1
-            kept = 0
-            for k in range(start[v], start[v] + node_count[v]):
-                u = near_nodes[k]
-                if size[u] > 0 and mark[u] != stamp:
-                    near_nodes[start[v] + kept] = u
-                    kept += 1
-                    beyond += size[u]
-            node_count[v] = kept
+            beyond = _forget(
+                v, p, start, near_nodes, node_count, near_elements, element_count, size, alive, outside, mark, stamp
+            )
             others = tied_weight - size[v]
             degree[v] = min(degree[v] + others, others + beyond, total - eliminated - size[v])
         _merge_alike(
-            *(tied, start, near_nodes, node_count, near_elements, element_count, size, degree),
-            *(next_member, last_member, chain_head, chain_next),
-        )
+            tied, start, near_nodes, node_count, near_elements, element_count, size, degree, next_member, last_member,
+            chain_head, chain_next,
+        )  # fmt: skip
         kept = 0
         for v in tied:
             if size[v] > 0:
@@ -117,20 +82,80 @@ def minimum_degree(start, neighbours, weight):
 
 
 @njit(cache=True, nogil=True)
+def _tie(
+    p, start, near_nodes, node_count, near_elements, element_count, size, alive, begin, count, mark, stamp, pool, end
+):  # fmt: skip
+    """Append the nodes that eliminating p ties together to the pool, mark them, and absorb the elements of p."""
+    for k in range(start[p], start[p] + node_count[p]):
+        v = near_nodes[k]
+        if size[v] > 0 and mark[v] != stamp:
+            mark[v] = stamp
+            pool[end] = v
+            end += 1
+    for k in range(start[p], start[p] + element_count[p]):
+        e = near_elements[k]
+        if not alive[e]:
+            continue
+        alive[e] = False
+        for m in range(begin[e], begin[e] + count[e]):
+            v = pool[m]
+            if size[v] > 0 and mark[v] != stamp:
+                mark[v] = stamp
+                pool[end] = v
+                end += 1
+    return end
+
+
+@njit(cache=True, nogil=True)
+def _count_outside(
+    tied, start, near_elements, element_count, size, alive, element_weight, outside, mark_element, stamp
+):  # fmt: skip
+    """Weight of each element next to tied nodes that lies outside them; returns the weight of the tied nodes."""
+    tied_weight = 0
+    for v in tied:
+        tied_weight += size[v]
+        for k in range(start[v], start[v] + element_count[v]):
+            e = near_elements[k]
+            if not alive[e]:
+                continue
+            if mark_element[e] != stamp:
+                mark_element[e], outside[e] = stamp, element_weight[e]
+            outside[e] -= size[v]
+    return tied_weight
+
+
+@njit(cache=True, nogil=True)
+def _forget(
+    v, p, start, near_nodes, node_count, near_elements, element_count, size, alive, outside, mark, stamp
+):  # fmt: skip
+    """Drop from v what element p says already, and give it p; returns the weight next to v outside p."""
+    beyond, kept = 0, 0
+    for k in range(start[v], start[v] + element_count[v]):
+        e = near_elements[k]
+        if alive[e] and outside[e] == 0:
+            alive[e] = False
+        if alive[e]:
+            near_elements[start[v] + kept] = e
+            kept += 1
+            beyond += outside[e]
+    near_elements[start[v] + kept] = p
+    element_count[v] = kept + 1
+    kept = 0
+    for k in range(start[v], start[v] + node_count[v]):
+        u = near_nodes[k]
+        if size[u] > 0 and mark[u] != stamp:
+            near_nodes[start[v] + kept] = u
+            kept += 1
+            beyond += size[u]
+    node_count[v] = kept
+    return beyond
+
+
+@njit(cache=True, nogil=True)
 def _merge_alike(
-    tied,
-    start,
-    near_nodes,
-    node_count,
-    near_elements,
-    element_count,
-    size,
-    degree,
-    next_member,
-    last_member,
-    chain_head,
-    chain_next,
-):
+    tied, start, near_nodes, node_count, near_elements, element_count, size, degree, next_member, last_member,
+    chain_head, chain_next,
+):  # fmt: skip
     """Merge nodes that are next to the same nodes and elements; the merged one has size 0."""
     n = len(size)
     for u in tied:
