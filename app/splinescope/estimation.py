@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,7 @@ from splinescope.activity import Activity, Work, duration
 from splinescope.findings import Findings
 from splinescope.map_view import moved
 from splinescope.notice import Notice
-from splinescope.solution import Solution, solution_of
+from splinescope.solution import Solution
 
 
 class Estimator(Protocol):
@@ -40,15 +39,13 @@ class Estimation:
         findings: Findings,
         path: Path,
         tell: Callable[[Notice], None],
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._estimator = estimator
         self._findings = findings
         self._path = path
         self._tell = tell
-        self._clock = clock
         self._settled: Snapshot | None = None
-        self._solver, self._start = "direct", 0.0
+        self._solver = "direct"
         self.activity: Activity | None = None
         self.costs: tuple[float, ...] = ()
         self.solution: Solution | None = None
@@ -56,7 +53,6 @@ class Estimation:
     # -- asking --------------------------------------------------------------------------------------------------
     def process(self) -> None:
         """Let the whole log be processed."""
-        self._start = self._clock()
         self.activity = Activity(Work.PROCESSING, self._estimator.process(self._path), "Starting the estimator")
 
     def solve(self, back_end: str) -> None:
@@ -66,7 +62,7 @@ class Estimation:
             self._tell(Notice("Nothing was optimised", refusal or "There is no map yet."))
             return
         self._estimator.cancel()
-        self._settled, self._solver, self._start = snapshot, back_end, self._clock()
+        self._settled, self._solver = snapshot, back_end
         self.costs, self.solution = (), None
         job = self._estimator.solve(self._path, snapshot, back_end)
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
@@ -116,8 +112,8 @@ class Estimation:
                 self._iterated(record)
             case told.CovariancesFound(splines=splines):
                 self._findings.know(splines)
-            case told.Finished(snapshot=snapshot):
-                self._finished(activity, snapshot)
+            case told.Finished(snapshot=snapshot, solution=solution):
+                self._finished(activity, snapshot, solution)
             case told.Stopped(snapshot=snapshot):
                 self._stopped(activity, snapshot)
             case told.Failed(sentence=sentence):
@@ -134,31 +130,17 @@ class Estimation:
         if self._settled is not None:
             self._findings.show(moved(self._settled, record))
 
-    def _finished(self, activity: Activity, snapshot: Snapshot | None) -> None:
+    def _finished(self, activity: Activity, snapshot: Snapshot | None, solution: Solution | None) -> None:
         self.activity = None
         if snapshot is None:
             return
-        before, seconds = self._settled, self._clock() - self._start
         self._settle(snapshot)
         self._findings.record(snapshot.steps)
-        self.solution = solution_of(self._solver, before, snapshot, seconds)
+        self.solution = solution
         if snapshot.estimate is not None:
             self.costs = tuple(float(record.cost) for record in snapshot.estimate.iterations)
-        self._tell(self._done(activity, snapshot, seconds))
+        self._tell(done(activity, snapshot, solution))
         self.activity = Activity(Work.COVARIANCES, self._estimator.covariances(self._solver), "Waiting its turn")
-
-    def _done(self, activity: Activity, snapshot: Snapshot, seconds: float) -> Notice:
-        if activity.work is Work.OPTIMISING and self.solution is not None:
-            found = self.solution
-            return Notice(
-                "The map is optimised",
-                f"Cost {found.cost_before:,.1f} → {found.cost_after:,.1f}; "
-                f"the largest move of a pose was {1000 * found.largest_move:.1f} mm.",
-            )
-        return Notice(
-            "The log is processed",
-            f"{len(snapshot.poses):,} scans gave {len(snapshot.map):,} splines in {duration(seconds)}.",
-        )
 
     def _stopped(self, activity: Activity, snapshot: Snapshot | None) -> None:
         self.activity = None
@@ -170,3 +152,17 @@ class Estimation:
             self._findings.show(self._settled)
             text = "The map stands as it was before."
         self._tell(Notice(f"{activity.work.value} was stopped", text))
+
+
+def done(activity: Activity, snapshot: Snapshot, solution: Solution | None) -> Notice:
+    """What to say at the end of a job."""
+    if activity.work is Work.OPTIMISING and solution is not None:
+        return Notice(
+            "The map is optimised",
+            f"Cost {solution.cost_before:,.1f} → {solution.cost_after:,.1f}; "
+            f"the largest move of a pose was {1000 * solution.largest_move:.1f} mm.",
+        )
+    time_taken = f" in {duration(solution.seconds)}" if solution is not None else ""
+    return Notice(
+        "The log is processed", f"{len(snapshot.poses):,} scans gave {len(snapshot.map):,} splines{time_taken}."
+    )

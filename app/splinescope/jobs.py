@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from splinescope.messages import (
     Stopped,
 )
 from splinescope.reporter import Reporter
+from splinescope.solution import solution_of
 
 logger = logging.getLogger(__name__)
 
@@ -60,11 +62,7 @@ class Jobs:
             case ProcessLog(path=path):
                 self._snapshot = process(self._open(path), reporter, self._send, cancelled)
             case SolveMap(path=path, snapshot=snapshot, back_end=back_end):
-                reporter.stage("Building the graph")
-                self._snapshot = slam.adjust(
-                    self._open(path), snapshot, slam.SlamConfig(), back_end, reporter.progress, cancelled
-                )
-                self._send(Finished(request.job, self._snapshot))
+                self._snapshot = optimise(self._open(path), snapshot, back_end, reporter, self._send, cancelled)
             case FindCovariances(back_end=back_end):
                 reporter.stage("Computing covariances")
                 self._send(CovariancesFound(request.job, covariances(self._snapshot, back_end)))
@@ -79,6 +77,7 @@ class Jobs:
 def process(log: ScanLog, reporter: Reporter, send: Send, cancelled: Cancelling) -> Snapshot:
     """The whole pipeline over one log, streaming what it does. A cancelled run keeps the map it has."""
     reporter.stage(PREPARING)
+    start = time.monotonic()
     pipeline = slam.Slam(log, cancelled=cancelled)
     try:
         for step in pipeline.steps():
@@ -86,13 +85,26 @@ def process(log: ScanLog, reporter: Reporter, send: Send, cancelled: Cancelling)
             reporter.progress(READING, (step.scan + 1) / len(log))
             reporter.map(pipeline.snapshot)
         reporter.flush()
+        before = pipeline.snapshot()
         snapshot = pipeline.finish(reporter.progress, cancelled)
     except Cancelled:
         reporter.flush()
         snapshot = pipeline.snapshot()
         send(Stopped(reporter.job, snapshot))
     else:
-        send(Finished(reporter.job, snapshot))
+        solution = solution_of(slam.SlamConfig().back_end, before, snapshot, time.monotonic() - start)
+        send(Finished(reporter.job, snapshot, solution))
+    return snapshot
+
+
+def optimise(
+    log: ScanLog, before: Snapshot, back_end: str, reporter: Reporter, send: Send, cancelled: Cancelling
+) -> Snapshot:
+    """The map solved anew by one back end, streaming its iterations."""
+    reporter.stage("Building the graph")
+    start = time.monotonic()
+    snapshot = slam.adjust(log, before, slam.SlamConfig(), back_end, reporter.progress, cancelled)
+    send(Finished(reporter.job, snapshot, solution_of(back_end, before, snapshot, time.monotonic() - start)))
     return snapshot
 
 

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.slam import SlamStep, Snapshot
+from splinescope.solution import Solution
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +81,10 @@ class Iterated(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Finished(Message):
-    """A job is done; the whole result, None for a job without a map."""
+    """A job is done; the whole result and the figures of its last solve, None for a job without a map."""
 
     snapshot: Snapshot | None = None
+    solution: Solution | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

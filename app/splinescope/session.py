@@ -194,7 +194,7 @@ class Session:
         self.opening, self.troubles, self.selection = None, (), None
         self.title = request.title or log.name
         self.findings = Findings(log)
-        self.estimation = Estimation(self._estimator, self.findings, request.path, self.tell, self._clock)
+        self.estimation = Estimation(self._estimator, self.findings, request.path, self.tell)
         self.playback = Playback(play_axis(log.times) if len(log) else np.zeros(0), speed=self.preferences.speed)
         self.following = self.fit_wanted = True
         if len(log):

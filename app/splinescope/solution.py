@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.backends import solve_control_points
+from bspline_slam.backends.packing import pack_curves, pack_edges
+from bspline_slam.graph import Graph
 from bspline_slam.slam import Snapshot
 from splinescope.map_view import largest_move
 
@@ -28,19 +34,30 @@ class Solution:
         return self.chi2 / self.dof if self.dof > 0 else float("nan")
 
 
-def solution_of(back_end: str, before: Snapshot | None, after: Snapshot, seconds: float) -> Solution | None:
-    """The figures of the solve that led to `after`; None if it was never solved as a whole."""
+def solution_of(back_end: str, before: Snapshot, after: Snapshot, seconds: float) -> Solution | None:
+    """The figures of the solve that led to `after`; None if it was never solved as a whole.
+
+    A solve goes through rounds that each build their own problem, so both costs are those of the last one: the poses
+    before, with the curves that fit them best, and the poses and curves after.
+    """
     estimate = after.estimate
-    if estimate is None or not estimate.iterations:
+    if estimate is None:
         return None
+    graph = estimate.graph
+    poses = before.poses[graph.key_scans]
     return Solution(
         back_end=back_end,
-        cost_before=float(estimate.iterations[0].cost),
-        cost_after=float(estimate.iterations[-1].cost),
-        largest_move=largest_move(before, after) if before is not None else 0.0,
+        cost_before=cost_of(graph, poses, solve_control_points(graph, poses)),
+        cost_after=cost_of(graph, estimate.poses, estimate.control_points),
+        largest_move=largest_move(before, after),
         chi2=float(estimate.chi2),
         dof=int(estimate.dof),
-        iterations=len(estimate.iterations) - 1,
+        iterations=max(len(estimate.iterations) - 1, 0),
         converged=estimate.converged,
         seconds=seconds,
     )
+
+
+def cost_of(graph: Graph, poses: Float[np.ndarray, "n 3"], control_points: Float[np.ndarray, "N 2"]) -> float:
+    """½ Σ ρ(‖e‖²) over all factors of the graph."""
+    return 0.5 * (pack_curves(graph).cost(poses, control_points) + pack_edges(graph).cost(poses)[0])

@@ -13,7 +13,7 @@ from bspline_slam.association import Association, Candidate, Verdict
 from bspline_slam.backends.protocol import Estimate, IterationRecord, Marginals
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig, uniform_through
-from bspline_slam.graph import Graph
+from bspline_slam.graph import Graph, PosePrior
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import ScanSegment, segment_scan
 from bspline_slam.slam import SlamStep, Snapshot
@@ -28,6 +28,7 @@ class SlamConfig:
     """How long the stand-in pretends to think about each scan and each iteration (s)."""
 
     seconds: float = 0.0
+    back_end: str = "direct"
 
 
 class Slam:
@@ -101,13 +102,15 @@ def adjust(
         records.append(record)
         progress("Adjusting the map", index / 10, record)
     counts = [len(s.curve.control_points) for s in snapshot.map]
-    graph = Graph(snapshot.key_scans, keys, np.array([s.id for s in snapshot.map]), np.cumsum([0, *counts]), points)
     last = records[-1]
-    splines, first = [], 0
+    priors = tuple(PosePrior(i, pose, 10.0 * np.eye(3)) for i, pose in enumerate(last.poses))
+    ids, first = np.array([s.id for s in snapshot.map]), np.cumsum([0, *counts])
+    graph = Graph(snapshot.key_scans, keys, ids, first, points, pose_priors=priors)
+    splines, start = [], 0
     for spline, count in zip(snapshot.map, counts, strict=True):
-        moved = spline.curve.with_control_points(last.control_points[first : first + count])
+        moved = spline.curve.with_control_points(last.control_points[start : start + count])
         splines.append(replace(spline, curve=moved))
-        first += count
+        start += count
     estimate = Estimate(graph, last.poses, last.control_points, tuple(records), True, 900.0, 1000)
     poses = snapshot.poses + np.array([0.1, 0.0, 0.0])
     return replace(snapshot, poses=poses, map=SplineMap(tuple(splines)), estimate=estimate)
