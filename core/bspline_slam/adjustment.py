@@ -19,7 +19,7 @@ from bspline_slam.errors import Cancelled, ConfigError
 from bspline_slam.fitting import FittingConfig, chord_length_parameters
 from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.kernels import curves as kernels
-from bspline_slam.observation import ChordLengthNoise, Model, across_sigma, chord_length
+from bspline_slam.observation import MODELS, ChordLengthNoise, across_sigma, chord_length
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline, SplineMap
 
@@ -36,7 +36,7 @@ class AdjustmentConfig:
     splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
     """
 
-    model: Model = "normal-distance"
+    model: str = MODELS[0]
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
     cauchy: float = 2.0
     bend: float = 0.5
@@ -204,7 +204,7 @@ def _observations(
         at = kept[a]
         spline, pose = int(sights.spline[at]), int(sights.pose[at])
         offset = int(spline_first[place[spline]])
-        if config.model == "normal-distance":
+        if config.model == MODELS[0]:
             first, A, rhs, constant = kernels.compressed_rows(
                 feet.first[kept[a:b]], feet.basis[kept[a:b]], normals[a:b], right[a:b], weight[a:b]
             )
@@ -348,8 +348,8 @@ def adjust_splines(
 
     The estimate's iterations run over all rounds. Raises Cancelled; ConfigError for an unknown model or back end.
     """
-    if config.model not in ("normal-distance", "chord-length"):
-        raise ConfigError(f'there is no model "{config.model}": choose normal-distance or chord-length')
+    if config.model not in MODELS:
+        raise ConfigError(f'there is no model "{config.model}": choose one of {", ".join(MODELS)}')
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
     for number, gate in enumerate(config.gates):

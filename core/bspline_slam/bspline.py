@@ -189,14 +189,16 @@ class BSpline:
         for _ in range(30):
             rel = self(t) - origin if len(t) else np.zeros((0, 2))
             value = u[:, 0] * rel[:, 1] - u[:, 1] * rel[:, 0]
-            if len(t) == 0 or np.max(np.abs(value)) < 1e-13:
+            moving = np.abs(value) >= 1e-13
+            if not moving.any():
                 break
             same = np.sign(value) == np.sign(a)
             low, high = np.where(same, t, low), np.where(same, high, t)
             d = self(t, 1)
             slope = u[:, 0] * d[:, 1] - u[:, 1] * d[:, 0]
             newton = t - value / np.where(np.abs(slope) > 1e-12, slope, np.inf)
-            t = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
+            stepped = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
+            t = np.where(moving, stepped, t)
         ranges = np.full(len(directions), np.nan)
         parameters = np.full(len(directions), np.nan)
         if len(t):

@@ -18,10 +18,9 @@ from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 class LoopConfig:
     """Which earlier places are tried (m travelled since, m apart), how far the search reaches, and what is believed.
 
-    The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted
-    closure, at most to
-    `most_reach`. A closure found in a window wider than `sure_reach` waits until a second one, at most
-    `confirm_travel` on,
+    The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted closure,
+    at most to `most_reach`; beyond `wide_reach` it is searched in blocks of `wide_block` cells. A closure that would
+    move the map by more than `sure_distance` or `sure_turn` waits until a second one, at most `confirm_travel` on,
     agrees with it within `agree_distance` and `agree_turn`.
     """
 
@@ -39,10 +38,12 @@ class LoopConfig:
     wide_block: int = 8
     least_score: float = 0.55
     least_inliers: float = 0.6
-    sure_reach: float = 1.0
+    wide_reach: float = 1.0
+    sure_distance: float = 0.1
+    sure_turn: float = np.deg2rad(2.0)
     confirm_travel: float = 8.0
-    agree_distance: float = 0.25
-    agree_turn: float = np.deg2rad(4.0)
+    agree_distance: float = 0.15
+    agree_turn: float = np.deg2rad(3.0)
     kernel: float = 1.0
 
 
@@ -116,7 +117,7 @@ def propose(
     reach, turn = window(travelled, config)
     first, last = max(i - config.half_width, 0), min(i + config.half_width + 1, j)
     target = gather([key.points for key in keys[first:last]], poses[first:last])
-    block = config.wide_block if reach > config.sure_reach else matching.block
+    block = config.wide_block if reach > config.wide_reach else matching.block
     place = surroundings(target, matching, block)
     found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
     match = settle(place, keys[j].points, found, score, matching)
@@ -159,7 +160,7 @@ class LoopCloser:
             proposal = propose(keys, poses, i, travelled, self.config, self.matching, self.tracking)
             if not proposal.closure.accepted:
                 self.closures.append(proposal.closure)
-            elif reach <= self.config.sure_reach:
+            elif self._expected(proposal, poses):
                 fresh.append(proposal)
             else:
                 fresh.extend(self._confirm(proposal, keys, poses))
@@ -169,6 +170,11 @@ class LoopCloser:
             self.accepted.extend(fresh)
             self.closures.extend(proposal.closure for proposal in fresh)
         return fresh
+
+    def _expected(self, proposal: Proposal, poses: Float[np.ndarray, "n 3"]) -> bool:
+        """Whether a closure says what the estimate says already."""
+        off = se2.between(proposal.closure.measured, se2.between(poses[proposal.i], poses[proposal.j]))
+        return bool(np.hypot(off[0], off[1]) < self.config.sure_distance and abs(off[2]) < self.config.sure_turn)
 
     def _confirm(self, proposal: Proposal, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
         """The waiting proposals that agree with this one, and itself; else it starts to wait (pairwise
@@ -191,6 +197,6 @@ class LoopCloser:
         """Proposals that found no second opinion in time are rejected, with the reason."""
         stale = [p for p in self.waiting if keys[-1].travel - keys[p.j].travel > self.config.confirm_travel]
         for proposal in stale:
-            reason = f"found in a window of {proposal.reach:.1f} m and no second closure agrees with it"
+            reason = f"it would move the map, and no second closure within {self.config.confirm_travel:g} m agrees"
             self.closures.append(replace(proposal.closure, accepted=False, reason=reason))
         self.waiting = [p for p in self.waiting if p not in stale]

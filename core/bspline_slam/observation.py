@@ -7,7 +7,6 @@ across the curve; "chord-length" is the paper's, which claims to know the contro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +14,8 @@ from jaxtyping import Float
 from bspline_slam.bspline import BSpline, basis_rows
 from bspline_slam.fitting import FittingConfig, beam_covariances
 
-Model = Literal["normal-distance", "chord-length"]
+MODELS = ("normal-distance", "chord-length")
+"""Names of the observation models, the default first."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ class MatchingConfig:
     reach: float = 0.4
     turn: float = np.deg2rad(12.0)
     turn_step: float = np.deg2rad(0.5)
-    pull: float = 0.05
+    pull: float = 0.1
     block: int = 4
     normal_reach: int = 4
     normal_flatness: float = 0.06
@@ -158,15 +158,20 @@ def search(
 
 
 def settle(
-    place: Surroundings, scan: PointSet, found: Float[np.ndarray, "3"], score: float, config: MatchingConfig,
+    place: Surroundings,
+    scan: PointSet,
+    found: Float[np.ndarray, "3"],
+    score: float,
+    config: MatchingConfig,
+    prior: Float[np.ndarray, "3"] | None = None,
     prior_information: Float[np.ndarray, "3 3"] = NO_PRIOR,
-) -> Match:  # fmt: skip
-    """A pose found by search made exact: ICP on thinned points, then point-to-line."""
+) -> Match:
+    """A pose found by search made exact: ICP on thinned points, then point-to-line, held by a Gaussian prior."""
     if len(scan.points) == 0:
         return Match(found, 0.0, 0.0, 0.0, np.zeros((3, 3)))
     thinned = scan.points[kernels.thin(scan.points, config.thinning)]
     guess = align(place.voxels, thinned, found, config.icp)
-    return refine(place.target, scan, guess, config, score=score, prior_information=prior_information)
+    return refine(place.target, scan, guess, config, score=score, prior=prior, prior_information=prior_information)
 
 
 def refine(

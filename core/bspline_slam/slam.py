@@ -191,7 +191,7 @@ class Slam:
         """Whether a closure lies off the present estimate by more than the map's own tolerance."""
         for p in fresh:
             off = se2.between(p.closure.measured, se2.between(poses[p.i], poses[p.j]))
-            if np.hypot(off[0], off[1]) > self.config.rebuild_move or p.reach > self.config.loops.sure_reach:
+            if np.hypot(off[0], off[1]) > self.config.rebuild_move:
                 return True
         return False
 

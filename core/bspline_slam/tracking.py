@@ -32,10 +32,10 @@ from bspline_slam.segmentation import SegmentationConfig
 class TrackingConfig:
     """When a scan becomes a key scan (m, rad), what it is matched to, and when its match is not believed.
 
-    `local_scans` make the local map. A scan is searched for, not only refined, when it becomes a key scan, when fewer
-    than `doubtful_inliers` of its beams fit, or when the squared Mahalanobis distance to its prediction exceeds
-    `surprise`. Below a correlation of `lost_score`, or with less than `lost_beams` of its beams come back, a scan is
-    lost and odometry is taken instead.
+    `local_scans` make the local map. A scan is searched for, not only refined, when it lies `far_…` from the last
+    one, when fewer than `doubtful_inliers` of its beams fit, or when the squared Mahalanobis distance to its
+    prediction exceeds `surprise`. Below a correlation of `lost_score`, or with less than `lost_beams` of its beams
+    come back, a scan is lost and odometry is taken instead.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors.
     """
@@ -45,6 +45,8 @@ class TrackingConfig:
     local_scans: int = 12
     still_distance: float = 0.01
     still_turn: float = np.deg2rad(0.3)
+    far_distance: float = 0.35
+    far_turn: float = np.deg2rad(15.0)
     good_score: float = 0.6
     lost_score: float = 0.3
     lost_beams: float = 0.1
@@ -120,7 +122,7 @@ class Tracker:
         key = self._is_key(match.pose) or self._is_key(predicted)
         lost = False
         blind = len(points.points) < self.config.lost_beams * len(scan.ranges)
-        if key or blind or self._doubtful(match, predicted, tries[0]):
+        if blind or self._far(tries[0]) or self._doubtful(match, predicted, tries[0]):
             match = self._searched(points, previous, tries, predicted)
             lost = blind or match.score < self.config.lost_score
         pose = predicted if lost else match.pose
@@ -164,6 +166,9 @@ class Tracker:
     def _still(self, step: Float[np.ndarray, "3"]) -> bool:
         return bool(np.hypot(step[0], step[1]) < self.config.still_distance and abs(step[2]) < self.config.still_turn)
 
+    def _far(self, step: Float[np.ndarray, "3"]) -> bool:
+        return bool(np.hypot(step[0], step[1]) > self.config.far_distance or abs(step[2]) > self.config.far_turn)
+
     def _is_key(self, pose: Float[np.ndarray, "3"]) -> bool:
         moved = se2.between(self.key_poses[-1], pose)
         return bool(np.hypot(moved[0], moved[1]) > self.config.distance or abs(moved[2]) > self.config.turn)
@@ -202,14 +207,15 @@ class Tracker:
         if self._surroundings is None:
             self._surroundings = surroundings(self.local_target(), self.matching)
         place, config = self._surroundings, self.matching
-        best, best_score = predicted, -1.0
+        best, guess, best_score = predicted, predicted, -1.0
         for step in tries:
-            found, score = search(place.field, points, se2.compose(previous, step), config, config.reach, config.turn)
+            start = se2.compose(previous, step)
+            found, score = search(place.field, points, start, config, config.reach, config.turn)
             if score > best_score + 0.02:
-                best, best_score = found, score
+                best, guess, best_score = found, start, score
             if best_score > self.config.good_score:
                 break
-        return settle(place, points, best, best_score, config, self._information(best, tries[0]))
+        return settle(place, points, best, best_score, config, guess, self._information(best, tries[0]))
 
     def _insert(
         self,

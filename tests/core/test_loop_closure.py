@@ -1,0 +1,97 @@
+"""Loop closures: a place seen again is found, a place like it is not believed, and every verdict has its reason."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bspline_slam import se2
+from bspline_slam.loop_closure import LoopCloser, LoopConfig, candidates, judge, propose, window
+from bspline_slam.scan_matching import Match, MatchingConfig, point_set
+from bspline_slam.segmentation import SegmentationConfig
+from bspline_slam.tracking import KeyScan, TrackingConfig
+from core.rooms import ROOM, room_scan
+
+CONFIG = LoopConfig(half_width=2, least_travel=4.0)
+START = np.array([[1.5 + 0.2 * k, 1.2, 0.1 * k] for k in range(5)])
+
+
+def key(pose: np.ndarray, travel: float, seed: int, walls: np.ndarray = ROOM) -> KeyScan:
+    scan = room_scan(pose, np.random.default_rng(seed), walls=walls)
+    return KeyScan(seed, point_set(scan, MatchingConfig(), SegmentationConfig()), travel)
+
+
+def again(pose: np.ndarray, travel: float = 20.0, walls: np.ndarray = ROOM) -> list[KeyScan]:
+    """Five key scans at the start, then one much later at `pose`."""
+    return [*(key(p, 0.2 * k, k) for k, p in enumerate(START)), key(pose, travel, 99, walls)]
+
+
+def test_a_place_seen_again_is_measured_in_spite_of_drift() -> None:
+    truth = np.array([1.9, 1.4, 0.4])
+    drifted = se2.compose(truth, np.array([0.3, -0.2, 0.1]))
+    keys = again(truth)
+    proposal = propose(keys, np.vstack([START, drifted]), 2, 15.0, CONFIG, MatchingConfig(), TrackingConfig())
+    off = se2.between(se2.between(START[2], truth), proposal.closure.measured)
+    assert proposal.closure.accepted
+    assert np.hypot(off[0], off[1]) < 0.02
+    assert abs(off[2]) < 0.01
+    assert np.linalg.eigvalsh(proposal.closure.covariance).min() > 0
+
+
+def test_another_room_is_rejected_with_a_reason() -> None:
+    other = np.array([[[-1.0, -9.0], [-1.0, 9.0]], [[8.0, -9.0], [3.0, 9.0]], [[-1.0, 7.0], [8.0, 9.0]]])
+    pose = np.array([1.9, 1.4, 0.4])
+    keys = again(pose, walls=other)
+    proposal = propose(keys, np.vstack([START, pose]), 2, 0.0, CONFIG, MatchingConfig(), TrackingConfig())
+    assert not proposal.closure.accepted
+    assert "below" in proposal.closure.reason or "beams" in proposal.closure.reason
+
+
+def test_candidates_were_left_behind_long_enough_ago_and_lie_near() -> None:
+    keys = again(np.array([1.9, 1.4, 0.4]))
+    poses = np.vstack([START, [1.9, 1.4, 0.4]])
+    assert candidates(keys, poses, 0.4, CONFIG)
+    assert candidates(again(poses[-1], travel=3.0), poses, 0.4, CONFIG) == []
+    far = np.vstack([START, [30.0, 1.4, 0.4]])
+    assert candidates(keys, far, 0.4, CONFIG) == []
+
+
+def test_the_window_grows_with_travel_to_a_limit() -> None:
+    near, far, furthest = (window(travel, CONFIG) for travel in (0.0, 50.0, 1e6))
+    assert near == (CONFIG.least_reach, CONFIG.least_turn)
+    assert near[0] < far[0] < furthest[0] == CONFIG.most_reach
+    assert near[1] < far[1] <= furthest[1] == CONFIG.most_turn
+
+
+def test_a_closure_that_would_move_the_map_waits_for_a_second_one_that_agrees() -> None:
+    closer = LoopCloser(LoopConfig(half_width=2, least_travel=4.0, tries=1), MatchingConfig(), TrackingConfig())
+    truth = np.array([[1.9, 1.4, 0.4], [2.1, 1.4, 0.45]])
+    drift = np.array([0.5, -0.4, 0.15])
+    keys, poses = again(truth[0], travel=40.0), np.vstack([START, se2.compose(truth[0], drift)])
+    assert closer.look(keys, poses) == []
+    assert len(closer.waiting) == 1
+    keys = [*keys, key(truth[1], 40.3, 100)]
+    poses = np.vstack([poses, se2.compose(poses[-1], se2.between(truth[0], truth[1]))])
+    fresh = closer.look(keys, poses)
+    assert len(fresh) == 2
+    assert closer.waiting == []
+    assert sum(closure.accepted for closure in closer.closures) == 2
+
+
+def test_a_closure_that_nobody_confirms_is_rejected_and_says_so() -> None:
+    closer = LoopCloser(LoopConfig(half_width=2, least_travel=4.0, tries=1), MatchingConfig(), TrackingConfig())
+    truth = np.array([1.9, 1.4, 0.4])
+    keys, poses = again(truth, travel=40.0), np.vstack([START, se2.compose(truth, np.array([0.5, -0.4, 0.15]))])
+    closer.look(keys, poses)
+    away = np.array([[0.0, -60.0], [0.0, -60.0]])[None] + 0.0
+    keys = [*keys, key(np.array([0.0, -50.0, 0.0]), 60.0, 101, away)]
+    closer.look(keys, np.vstack([poses, [0.0, -50.0, 0.0]]))
+    assert closer.waiting == []
+    assert "no second closure" in closer.closures[-1].reason
+
+
+@pytest.mark.parametrize(("score", "inliers", "accepted"), [(0.8, 0.9, True), (0.3, 0.9, False), (0.8, 0.2, False)])
+def test_verdicts(score: float, inliers: float, accepted: bool) -> None:
+    verdict, reason = judge(Match(np.zeros(3), score, inliers, 0.01, np.eye(3)), LoopConfig())
+    assert verdict is accepted
+    assert reason
