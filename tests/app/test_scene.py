@@ -112,7 +112,8 @@ def test_the_legend_explains_every_verdict() -> None:
 
 def test_what_is_too_small_to_be_drawn_is_said(view: View) -> None:
     far, near = Detail.of(Viewport(0, 0, 0.1, 900, 700)), Detail.of(CLOSE)
-    assert hint(view, far) == "Zoom in to see control points, ellipses, breakpoints"
+    assert hint(view, far) == "Zoom in to see control points, ellipses, breakpoints, map control points, map ellipses"
+    assert hint(replace(view, scan=None), far) == "Zoom in to see map control points, map ellipses"
     assert hint(view, near) == ""
     assert hint(replace(view, layers=frozenset({Layer.SPLINES})), far) == ""
 

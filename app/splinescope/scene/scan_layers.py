@@ -64,7 +64,7 @@ def _rays(
 
 def segments(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     """Segments as broad lines: in the hue of the verdict on each stretch of beams, broken where it was turned away."""
-    plain = theme.legible(theme.faint(theme.ink, 0.75))
+    plain = theme.legible(theme.faint(theme.ink, 0.55))
     decisions: dict[int, list[Association]] = {}
     for association in view.associations:
         decisions.setdefault(association.segment, []).append(association)
@@ -182,7 +182,7 @@ def robot(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
     lines = [polyline(se2.transform(view.pose, outline))]
     if view.key:
         rings = int(np.clip(0.5 * size / detail.pixel / 1.8, 3, 24))
-        lines += [polyline(se2.transform(view.pose, outline * share)) for share in np.arange(1, rings) / rings]
+        lines += [polyline(se2.transform(view.pose, outline * share)) for share in (np.arange(rings) + 0.4) / rings]
     drawn = Strokes.of(np.concatenate(lines), hue)
     if not view.lost:
         return drawn

@@ -129,7 +129,7 @@ FROM_NEAR_ON_SCAN = {
     Layer.FIT_ELLIPSES: "ellipses",
     Layer.BREAKS: "breakpoints",
 }
-FROM_NEAR_ON_MAP = {Layer.CONTROL_POINTS: "control points", Layer.ELLIPSES: "ellipses"}
+FROM_NEAR_ON_MAP = {Layer.CONTROL_POINTS: "map control points", Layer.ELLIPSES: "map ellipses"}
 FROM_NEAR = FROM_NEAR_ON_SCAN | FROM_NEAR_ON_MAP
 
 
@@ -196,7 +196,7 @@ def hint(view: View, detail: Detail) -> str:
     """What is switched on but too small to be drawn at this scale, as a sentence; empty when nothing is."""
     small = [layer for layer in FROM_NEAR_ON_SCAN if view.scan is not None and not detail.readable]
     small += [layer for layer in FROM_NEAR_ON_MAP if view.map is not None and not detail.close]
-    names = dict.fromkeys(FROM_NEAR[layer] for layer in small if layer in view.layers)
+    names = [FROM_NEAR[layer] for layer in small if layer in view.layers]
     return f"Zoom in to see {', '.join(names)}" if names else ""
 
 
