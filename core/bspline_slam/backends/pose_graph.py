@@ -89,11 +89,15 @@ def propagated(estimate: Estimate, poses: Factor, splines: Sequence[int]) -> dic
     for spline in splines:
         points = control_points_of(graph, spline)
         own_band = band[:, 2 * points[0] : 2 * points[-1] + 2]
-        coupling = np.zeros((len(points), 2, len(estimate.poses), 3))
-        mine = np.isin(pattern.sights[:, 0], points)
-        coupling[pattern.sights[mine, 0] - points[0], :, pattern.sights[mine, 1]] = blocks.sight[mine]
+        mine = (pattern.sights[:, 0] >= points[0]) & (pattern.sights[:, 0] <= points[-1])
+        observers, column = np.unique(pattern.sights[mine, 1], return_inverse=True)
+        coupling = np.zeros((len(points), 2, len(observers), 3))
+        coupling[pattern.sights[mine, 0] - points[0], :, column] = blocks.sight[mine]
         sensitivity = -solveh_banded(own_band, coupling.reshape(2 * len(points), -1), lower=True)
+        by_pose = np.zeros((len(estimate.poses), 3, 2 * len(points)))
+        by_pose[observers] = sensitivity.T.reshape(len(observers), 3, -1)
+        spread = poses.solve(by_pose.reshape(-1, 2 * len(points))).reshape(by_pose.shape)[observers]
+        carried = sensitivity @ spread.reshape(3 * len(observers), -1)
         given_poses = solveh_banded(own_band, np.eye(2 * len(points)), lower=True)
-        carried = sensitivity @ poses.solve(np.ascontiguousarray(sensitivity.T))
         covariances[spline] = given_poses + (carried + carried.T) / 2
     return covariances
