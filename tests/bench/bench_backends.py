@@ -171,6 +171,10 @@ def compare(rows: list[dict[str, float | str]], estimates: dict[str, Estimate]) 
     direct["times_faster_than_sam"] = float(by_name["sam"]["solve_s"]) / float(direct["solve_s"])
 
 
+def shown(value: float | str) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
 def main(argv: list[str] | None = None) -> list[dict[str, float | str]]:
     """Print the table and return its rows; `--json FILE` keeps them too."""
     parser = argparse.ArgumentParser(description=main.__doc__)
@@ -189,11 +193,7 @@ def main(argv: list[str] | None = None) -> list[dict[str, float | str]]:
         rows.append(row)
     compare(rows, estimates)
     for row in rows:
-        print(
-            "  ".join(
-                f"{key} {value if isinstance(value, str | int) else f'{value:.4g}'}" for key, value in row.items()
-            )
-        )
+        print("  ".join(f"{key} {shown(value)}" for key, value in row.items()))
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return rows

@@ -19,7 +19,7 @@ from bspline_slam.backends.protocol import Cancelling, IterationRecord, Progress
 from bspline_slam.errors import Cancelled, SolverError
 
 STEP_INFORMATION = 1e-6
-ROUNDING = 1e-12
+ROUNDING = 1e-11
 """Costs that differ by less than this fraction are equal."""
 LARGEST_DAMPING = 1e14
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.linalg import solveh_banded
 
 from bspline_slam.backends.check import check_anchored
@@ -89,15 +89,30 @@ def propagated(estimate: Estimate, poses: Factor, splines: Sequence[int]) -> dic
     for spline in splines:
         points = control_points_of(graph, spline)
         own_band = band[:, 2 * points[0] : 2 * points[-1] + 2]
-        mine = (pattern.sights[:, 0] >= points[0]) & (pattern.sights[:, 0] <= points[-1])
-        observers, column = np.unique(pattern.sights[mine, 1], return_inverse=True)
-        coupling = np.zeros((len(points), 2, len(observers), 3))
-        coupling[pattern.sights[mine, 0] - points[0], :, column] = blocks.sight[mine]
-        sensitivity = -solveh_banded(own_band, coupling.reshape(2 * len(points), -1), lower=True)
-        by_pose = np.zeros((len(estimate.poses), 3, 2 * len(points)))
-        by_pose[observers] = sensitivity.T.reshape(len(observers), 3, -1)
-        spread = poses.solve(by_pose.reshape(-1, 2 * len(points))).reshape(by_pose.shape)[observers]
-        carried = sensitivity @ spread.reshape(3 * len(observers), -1)
         given_poses = solveh_banded(own_band, np.eye(2 * len(points)), lower=True)
-        covariances[spline] = given_poses + (carried + carried.T) / 2
+        observers, coupling = coupling_of(points, pattern.sights, blocks.sight)
+        sensitivity = -solveh_banded(own_band, coupling, lower=True)
+        covariances[spline] = given_poses + carried(poses, observers, sensitivity)
     return covariances
+
+
+def coupling_of(
+    points: Int[np.ndarray, "m"], sights: Int[np.ndarray, "q 2"], blocks: Float[np.ndarray, "q 2 3"]
+) -> tuple[Int[np.ndarray, "o"], Float[np.ndarray, "d p"]]:
+    """The poses that see some of these consecutive control points, and the part of the matrix between the two."""
+    mine = (sights[:, 0] >= points[0]) & (sights[:, 0] <= points[-1])
+    observers, column = np.unique(sights[mine, 1], return_inverse=True)
+    coupling = np.zeros((len(points), 2, len(observers), 3))
+    coupling[sights[mine, 0] - points[0], :, column] = blocks[mine]
+    return observers, coupling.reshape(2 * len(points), 3 * len(observers))
+
+
+def carried(
+    poses: Factor, observers: Int[np.ndarray, "o"], sensitivity: Float[np.ndarray, "d p"]
+) -> Float[np.ndarray, "d d"]:
+    """S Σ Sᵀ, Σ the covariance of the poses that observe."""
+    by_pose = np.zeros((poses.analysis.poses, 3, len(sensitivity)))
+    by_pose[observers] = sensitivity.T.reshape(len(observers), 3, -1)
+    spread = poses.solve(by_pose.reshape(-1, len(sensitivity))).reshape(by_pose.shape)[observers]
+    covariance = sensitivity @ spread.reshape(sensitivity.shape[1], -1)
+    return (covariance + covariance.T) / 2
