@@ -55,7 +55,7 @@ def _carmen_lines(log: ScanLog) -> Iterator[str]:
 def _carmen_scan(scan: LaserScan, pose_world_robot: Float[np.ndarray, "3"]) -> str:
     """The line of a scan up to its times."""
     sensor = se2.compose(pose_world_robot, scan.pose_robot_sensor)
-    seen = np.where(np.isfinite(scan.ranges), scan.ranges, max(NO_RETURN, scan.range_max))
+    seen = np.where(scan.no_return, max(NO_RETURN, scan.range_max), np.nan_to_num(scan.ranges, nan=0.0))
     readings = f"{len(seen)} {' '.join(f'{reading:.6g}' for reading in seen)}"
     if _is_half_circle(scan):
         return f"FLASER {readings} {_numbers(sensor)} {_numbers(pose_world_robot)}"

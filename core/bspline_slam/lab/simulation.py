@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -206,8 +206,8 @@ def simulate_to_file(
     ConfigError for an unknown world, a wrong world file, a suffix without a format, or a value out of range.
     """
     for name, value in {"noise": noise, "odometry noise": odometry_noise, "seed": seed}.items():
-        if not value >= 0:
-            raise ConfigError(f"{name} must not be negative, got {value:g}")
+        if not 0 <= value < np.inf:
+            raise ConfigError(f"{name} must be a number and not negative, got {value:g}")
     write = WRITERS.get(log_suffix(out))
     if write is None:
         raise ConfigError(f"{out.name}: a log can be written as {', '.join(WRITERS)}, not as {out.suffix or 'that'}")
@@ -233,4 +233,4 @@ def _with_resolution(laser: Laser, resolution: float | None) -> Laser:
             f"the resolution must be positive and at most the field of view of "
             f"{np.degrees(laser.field_of_view):g}°, got {np.degrees(resolution):g}°"
         )
-    return Laser(laser.field_of_view, resolution, laser.range_min, laser.range_max, laser.pose_robot_sensor)
+    return replace(laser, resolution=resolution)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from bspline_slam.bspline import BSpline
 from bspline_slam.lab.drive import Drive
@@ -61,19 +61,6 @@ class World:
                 reach[seen] = np.fmin(reach[seen], hits)
         return reach
 
-    def outlines(self, spacing: float = 0.05) -> list[Float[np.ndarray, "s 2"]]:
-        """Every line, arc and spline as a polyline with points at most about `spacing` apart along curves."""
-        arcs = [arc_points(arc, spacing) for arc in self.arcs]
-        return [*self.lines, *arcs, *(spline.sample(spacing)[1] for spline in self.splines)]
-
-
-def arc_points(arc: Float[np.ndarray, "5"], spacing: float) -> Float[np.ndarray, "s 2"]:
-    """Points of one arc, at most about `spacing` metres apart."""
-    x, y, radius, start, sweep = arc
-    count = max(int(np.ceil(abs(sweep) * radius / spacing)), 1) + 1
-    angle = start + np.linspace(0.0, sweep, count)
-    return np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], -1)
-
 
 def line_ranges(
     lines: Float[np.ndarray, "l 2 2"], origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
@@ -82,10 +69,10 @@ def line_ranges(
     if len(lines) == 0:
         return np.full(len(directions), np.inf)
     off, along = lines[:, 0] - origin, lines[:, 1] - lines[:, 0]
-    turn = _cross(directions[:, None], along)
+    turn = directions @ _crossed(along).T
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = _cross(off, along) / turn
-        s = _cross(off, directions[:, None]) / turn
+        t = (off * _crossed(along)).sum(1) / turn
+        s = directions @ _crossed(-off).T / turn
     hit = (turn != 0) & (t > NEAREST) & (s >= -ON_THE_END) & (s <= 1 + ON_THE_END)
     return np.where(hit, t, np.inf).min(axis=1)
 
@@ -96,16 +83,24 @@ def arc_ranges(
     """Distance along each ray to the nearest arc: the roots of |o + t·u − c|² = r² whose angle lies in the sweep."""
     if len(arcs) == 0:
         return np.full(len(directions), np.inf)
-    off, radius, start, sweep = origin - arcs[:, :2], arcs[:, 2], arcs[:, 3], arcs[:, 4]
+    off, radius = origin - arcs[:, :2], arcs[:, 2]
     half = directions @ off.T
     under_root = half**2 - (off**2).sum(1) + radius**2
-    root = np.sqrt(np.where(under_root >= 0, under_root, np.nan))
-    t = np.stack([-half - root, -half + root])
-    end = off + t[..., None] * directions[:, None]
-    turned = np.sign(sweep) * (np.arctan2(end[..., 1], end[..., 0]) - start) % (2 * np.pi)
-    turned = np.where(turned > 2 * np.pi - NEAREST, 0.0, turned)
-    hit = (t > NEAREST) & (turned <= np.abs(sweep) + NEAREST)
-    return np.where(hit, t, np.inf).min(axis=(0, 2))
+    ray, arc = np.nonzero(under_root >= 0)
+    middle, root = -half[ray, arc], np.sqrt(under_root[ray, arc])
+    reach = np.full(half.shape, np.inf)
+    for t in (middle + root, middle - root):
+        end = off[arc] + t[:, None] * directions[ray]
+        hit = (t > NEAREST) & _in_sweep(np.arctan2(end[:, 1], end[:, 0]), arcs[arc])
+        reach[ray[hit], arc[hit]] = t[hit]
+    return reach.min(axis=1)
+
+
+def _in_sweep(angle: Float[np.ndarray, "n"], arcs: Float[np.ndarray, "n 5"]) -> Bool[np.ndarray, "n"]:
+    """Whether the arc of each row covers the angle, with the same slack at both of its ends."""
+    start, sweep = arcs[:, 3], arcs[:, 4]
+    turned = np.sign(sweep) * (angle - start) % (2 * np.pi)
+    return (turned <= np.abs(sweep) + NEAREST) | (turned >= 2 * np.pi - NEAREST)
 
 
 def box_ranges(
@@ -120,5 +115,6 @@ def box_ranges(
     return np.where(leave >= np.maximum(enter, 0.0), np.maximum(enter, 0.0), np.inf)
 
 
-def _cross(a: Float[np.ndarray, "*a 2"], b: Float[np.ndarray, "*b 2"]) -> Float[np.ndarray, "*c"]:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+def _crossed(vectors: Float[np.ndarray, "l 2"]) -> Float[np.ndarray, "l 2"]:
+    """The vectors turned so that u · _crossed(v) is the cross product u × v."""
+    return np.stack([vectors[:, 1], -vectors[:, 0]], -1)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -26,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline, clamped_knots, uniform_knots
@@ -34,6 +36,7 @@ from bspline_slam.lab.drive import Drive
 from bspline_slam.lab.world import Laser, World
 
 Point = Sequence[float]
+Pose = Sequence[float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,16 +57,18 @@ def polyline(points: Sequence[Point], closed: bool = False) -> Shapes:
 
 def wall(ends: Sequence[Point], thickness: float = 0.15, doors: Sequence[Point] = ()) -> Shapes:
     """A straight wall with thickness; `doors` are openings (distance of their middle from the first end, width)."""
-    start, end = _points(ends, 2)
+    start, end = _points(ends, 2, 2)
     length = float(np.linalg.norm(end - start))
+    if length == 0 or thickness <= 0:
+        raise GeometryError("its two ends must lie apart and its thickness must be positive")
     gaps = sorted((at - width / 2, at + width / 2) for at, width in doors)
     cuts = [0.0, *(side for gap in gaps for side in gap), length]
     if any(b < a for a, b in pairwise(cuts)):
         raise GeometryError(f"its doors overlap or lie beyond its length of {length:g} m")
     heading = float(np.degrees(np.arctan2(*(end - start)[::-1])))
-    along = (end - start) / max(length, 1e-9)
+    along = (end - start) / length
     pieces = [
-        box(start + along * (a + b) / 2, (b - a, thickness), heading)
+        box((start + along * (a + b) / 2).tolist(), (b - a, thickness), heading)
         for a, b in zip(cuts[::2], cuts[1::2], strict=True)
         if b > a
     ]
@@ -72,7 +77,9 @@ def wall(ends: Sequence[Point], thickness: float = 0.15, doors: Sequence[Point] 
 
 def box(centre: Point, size: Point, turn: float = 0.0) -> Shapes:
     """A rectangle, `size` along its own x and y axes, turned counter-clockwise by `turn` degrees."""
-    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * np.asarray(size, dtype=float)
+    if min(size) <= 0:
+        raise GeometryError(f"its size must be positive, got {size[0]:g} by {size[1]:g}")
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * size
     return polyline(se2.transform(np.array([*centre, np.radians(turn)]), corners).tolist(), closed=True)
 
 
@@ -80,6 +87,8 @@ def arc(centre: Point, radius: float, start: float, end: float) -> Shapes:
     """A part of a circle, counter-clockwise from the angle `start` to `end` (degrees; clockwise when end < start)."""
     if radius <= 0:
         raise GeometryError(f"its radius must be positive, got {radius:g}")
+    if start == end:
+        raise GeometryError(f"it starts and ends at the same angle of {start:g}°")
     return Shapes(arcs=((*centre, radius, np.radians(start), np.radians(end - start)),))
 
 
@@ -100,6 +109,8 @@ def circle(centre: Point, radius: float) -> Shapes:
 
 def spline(control_points: Sequence[Point], degree: int = 3, closed: bool = False) -> Shapes:
     """A B-spline with uniform knots, clamped at its ends or closed smoothly onto itself."""
+    if degree < 1:
+        raise GeometryError(f"its degree must be at least 1, got {degree}")
     points = _points(control_points, degree + 1)
     if not closed:
         return Shapes(splines=(BSpline(degree, clamped_knots(len(points), degree), points),))
@@ -141,9 +152,9 @@ def parse_world(text: str, source: str) -> World:
         raise ConfigError(f"{source}:{error.lineno}: not valid JSON: {error.msg}") from None
     if not isinstance(content, dict) or not {"laser", "drive", "shapes"} <= content.keys():
         raise ConfigError(f"{source}: a world needs the keys laser, drive and shapes")
+    if not isinstance(content["shapes"], list) or not content["shapes"]:
+        raise ConfigError(f"{source}: shapes must be a list of at least one shape")
     shapes = [_shape(item, f"{source}: shape {i + 1}") for i, item in enumerate(content["shapes"])]
-    if not shapes:
-        raise ConfigError(f"{source}: a world needs at least one shape")
     return World(
         name=str(content.get("name", Path(source).stem)),
         lines=np.array([line for shape in shapes for line in shape.lines], dtype=float).reshape(-1, 2, 2),
@@ -159,7 +170,7 @@ def _laser(
     resolution: float = 1.0,
     range_min: float = 0.05,
     range_max: float = 30.0,
-    pose: Sequence[float] = (0.0, 0.0, 0.0),
+    pose: Pose = (0.0, 0.0, 0.0),
 ) -> Laser:
     if not 0 < resolution <= field_of_view <= 360:
         raise GeometryError(f"resolution {resolution:g}° and field of view {field_of_view:g}° do not go together")
@@ -185,15 +196,19 @@ def _drive(
     }.items():
         if value <= 0:
             raise GeometryError(f"{name} must be positive, got {value:g}")
-    return Drive(_points(way_points, 4), speed, float(np.radians(turn_rate)), acceleration, scan_period)
+    points = _points(way_points, 4)
+    if not np.ptp(points, axis=0).any():
+        raise GeometryError("its way points all lie on one place")
+    return Drive(points, speed, float(np.radians(turn_rate)), acceleration, scan_period)
 
 
 def _shape(item: Any, place: str) -> Shapes:
     """One entry of the list of shapes."""
-    if not isinstance(item, dict) or item.get("shape") not in SHAPES:
+    kind = item.get("shape") if isinstance(item, dict) else None
+    if not isinstance(kind, str) or kind not in SHAPES:
         raise ConfigError(f'{place}: "shape" must be one of {", ".join(SHAPES)}')
     named = f"{place} ({item['name']})" if "name" in item else place
-    return _call(SHAPES[item["shape"]], {k: v for k, v in item.items() if k not in ("shape", "name")}, named)
+    return _call(SHAPES[kind], {k: v for k, v in item.items() if k not in ("shape", "name")}, named)
 
 
 def _call(build: Callable[..., Any], keys: Any, place: str) -> Any:
@@ -206,16 +221,40 @@ def _call(build: Callable[..., Any], keys: Any, place: str) -> Any:
         raise ConfigError(f"{place}: unknown key {unknown[0]}; known are {', '.join(known)}")
     if missing := sorted(required - keys.keys()):
         raise ConfigError(f"{place}: the key {missing[0]} is missing")
+    for name, value in keys.items():
+        fits, what = VALUES[known[name].annotation]
+        if not fits(value):
+            raise ConfigError(f"{place}: {name} must be {what}, got {json.dumps(value)}")
     try:
         return build(**keys)
-    except (GeometryError, TypeError, ValueError) as error:
+    except GeometryError as error:
         raise ConfigError(f"{place}: {error}") from None
 
 
-def _points(points: Sequence[Point], at_least: int) -> np.ndarray:
-    array = np.asarray(points, dtype=float)
-    if array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
-        raise GeometryError("its points must be a list of [x, y] pairs of numbers")
-    if len(array) < at_least:
-        raise GeometryError(f"it needs at least {at_least} points, got {len(array)}")
-    return array
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _are_numbers(value: Any, count: int) -> bool:
+    return isinstance(value, list) and len(value) == count and all(map(_is_number, value))
+
+
+VALUES: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "float": (_is_number, "a number"),
+    "int": (lambda value: _is_number(value) and isinstance(value, int), "a whole number"),
+    "bool": (lambda value: isinstance(value, bool), "true or false"),
+    "Point": (lambda value: _are_numbers(value, 2), "a pair of numbers"),
+    "Pose": (lambda value: _are_numbers(value, 3), "three numbers"),
+    "Sequence[Point]": (
+        lambda value: isinstance(value, list) and all(_are_numbers(point, 2) for point in value),
+        "a list of pairs of numbers",
+    ),
+}
+"""What a world file may say for a parameter annotated so: the check, and its words."""
+
+
+def _points(points: Sequence[Point], at_least: int, at_most: int | None = None) -> Float[np.ndarray, "n 2"]:
+    if len(points) < at_least or (at_most is not None and len(points) > at_most):
+        wanted = f"{'exactly' if at_least == at_most else 'at least'} {at_least} points"
+        raise GeometryError(f"it needs {wanted}, got {len(points)}")
+    return np.array(points, dtype=float)
