@@ -71,6 +71,18 @@ def test_a_bag_gives_back_what_was_written(tmp_path: Path, field_of_view: float,
         assert np.allclose(mine.pose_robot_sensor, theirs.pose_robot_sensor, atol=1e-6)
 
 
+def test_a_beam_that_measured_nothing_is_no_free_beam_when_read_again(tmp_path: Path) -> None:
+    log = drive()
+    ranges = log[0].ranges.copy()
+    ranges[5] = np.nan
+    damaged = replace(log, scans=(replace(log[0], ranges=ranges), *log.scans[1:]))
+    for write, name in ((write_carmen, "a.log"), (write_mcap, "a.mcap")):
+        write(damaged, tmp_path / name)
+        scan = open_log(tmp_path / name)[0]
+        assert not scan.valid[5] and not scan.no_return[5]
+        assert np.array_equal(scan.no_return, damaged[0].no_return)
+
+
 def test_any_log_can_be_written_again(tmp_path: Path) -> None:
     write_carmen(drive(), tmp_path / "a.log")
     write_carmen(open_log(tmp_path / "a.log"), tmp_path / "b.log")
