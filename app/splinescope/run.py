@@ -28,6 +28,7 @@ STAGES = {
     "pose graph": "Solving the pose graph",
     "adjustment 1 of 2": "Adjusting the map, 1 of 2",
     "adjustment 2 of 2": "Adjusting the map, 2 of 2",
+    "scans between": "Placing the scans between key scans",
 }
 """The pipeline's stages in words for a terminal."""
 

@@ -15,7 +15,7 @@ from bspline_slam.association import Association
 from bspline_slam.backends import Stopping, back_end, solve_control_points
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.bspline import BSpline
-from bspline_slam.errors import Cancelled, ConfigError
+from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig, chord_length_parameters
 from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.kernels import curves as kernels
@@ -346,10 +346,8 @@ def adjust_splines(
 ) -> tuple[SplineMap, Estimate]:
     """Solve, find new foot points, solve again: the adjusted map and the estimate of the last round.
 
-    The estimate's iterations run over all rounds. Raises Cancelled; ConfigError for an unknown model or back end.
+    The estimate's iterations run over all rounds. Raises Cancelled; ConfigError for an unknown back end.
     """
-    if config.model not in MODELS:
-        raise ConfigError(f'there is no model "{config.model}": choose one of {", ".join(MODELS)}')
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
     for number, gate in enumerate(config.gates):

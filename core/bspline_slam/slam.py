@@ -12,14 +12,16 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.adjustment import AdjustmentConfig, KeyObservations, adjust_splines
 from bspline_slam.association import Association, AssociationConfig
-from bspline_slam.backends import Stopping, back_end
+from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
-from bspline_slam.errors import Cancelled, LogError, SolverError
+from bspline_slam.errors import Cancelled, ConfigError, LogError, SolverError
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Graph, PoseFactor, PosePrior
+from bspline_slam.localisation import LocalisationConfig, place_on_curves
 from bspline_slam.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
 from bspline_slam.mapping import MapBuilder
 from bspline_slam.motion import MotionConfig
+from bspline_slam.observation import MODELS
 from bspline_slam.scan import LaserScan, ScanLog
 from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
@@ -44,8 +46,19 @@ class SlamConfig:
     fitting: FittingConfig = FittingConfig()
     loops: LoopConfig = LoopConfig()
     adjustment: AdjustmentConfig = AdjustmentConfig()
+    localisation: LocalisationConfig = LocalisationConfig()
     least_observations: int = 2
     rebuild_move: float = 0.1
+
+
+def check_names(config: SlamConfig) -> None:
+    """Raises ConfigError for a back end or a model that does not exist, before any work is done."""
+    for kind, name, known in (
+        ("back end", config.back_end, BACK_ENDS),
+        ("model", config.adjustment.model, MODELS),
+    ):
+        if name not in known:
+            raise ConfigError(f'there is no {kind} "{name}": choose one of {", ".join(known)}')
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,6 +132,7 @@ class Slam:
 
     def __post_init__(self) -> None:
         c = self.config
+        check_names(c)
         self._tracker = Tracker(c.tracking, c.matching, c.segmentation, c.motion)
         self._closer = LoopCloser(c.loops, c.matching, c.tracking)
         self._builder = MapBuilder(c.association, c.fitting)
@@ -169,8 +183,13 @@ class Slam:
         splines, estimate = self._adjusted(lambda f, r: progress("adjustment 2 of 2", f, r), cancelled)
         self._tracker.move(estimate.poses)
         self._estimate = estimate
-        progress("done", 1.0, None)
-        return self._snapshot(splines)
+        snapshot = self._snapshot(splines)
+        c = self.config
+        poses = place_on_curves(
+            self.log, snapshot.poses, snapshot.key_scans, splines, c.localisation, c.matching, c.segmentation,
+            lambda fraction: progress("scans between", fraction, None), cancelled,
+        )  # fmt: skip
+        return replace(snapshot, poses=poses)
 
     # -- steps of `process` and `finish` -----------------------------------------------------------------------
     def _close_loops(self) -> tuple[LoopClosure, ...]:

@@ -20,7 +20,7 @@ from bspline_slam.adjustment import (
 )
 from bspline_slam.association import AssociationConfig
 from bspline_slam.backends.protocol import IterationRecord
-from bspline_slam.errors import Cancelled, ConfigError
+from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import PoseFactor
 from bspline_slam.mapping import MapBuilder
@@ -161,12 +161,6 @@ def test_trimming_keeps_the_curve_where_it_stays() -> None:
     for before, after in zip(splines, cut, strict=True):
         t = np.linspace(*after.span, 20)
         np.testing.assert_allclose(after.curve(t), before.curve(t), atol=1e-9)
-
-
-def test_an_unknown_model_is_named() -> None:
-    keys, splines, factors = seen_from(PATH)
-    with pytest.raises(ConfigError, match="bezier"):
-        adjust_splines(keys, PATH, splines, factors, AdjustmentConfig(model="bezier"), FITTING, "direct", nobody)
 
 
 def test_cancelling_leaves_by_its_own_error() -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
+from bspline_slam.adjustment import AdjustmentConfig
 from bspline_slam.backends import BACK_ENDS
-from bspline_slam.errors import Cancelled, SolverError
+from bspline_slam.errors import Cancelled, ConfigError, SolverError
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Slam, SlamConfig, SlamResult, SlamStep, Snapshot, adjust, marginals, run_slam
@@ -90,6 +91,15 @@ def test_cancelling_stops_between_scans_and_keeps_what_was_done(three_splines: S
         for step in slam.steps():
             done.append(step)  # noqa: PERF402 (what was done before the error is the point)
     assert len(slam.snapshot().poses) == 10
+
+
+@pytest.mark.parametrize(
+    "config",
+    [SlamConfig(back_end="magic"), SlamConfig(adjustment=AdjustmentConfig(model="magic"))],
+)
+def test_unknown_names_are_refused_before_any_work(three_splines: ScanLog, config: SlamConfig) -> None:
+    with pytest.raises(ConfigError, match='"magic": choose one of'):
+        Slam(three_splines, config)
 
 
 def test_without_odometry_the_map_is_made_from_scans_alone(three_splines: ScanLog) -> None:
