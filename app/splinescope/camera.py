@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import viser
 from jaxtyping import Float
 
 from bspline_slam import se2
@@ -11,6 +12,9 @@ from splinescope.view import MapView, ScanView
 
 FIT_MARGIN = 56.0
 """Pixels of air, both sides together, that the page leaves around what it fits."""
+
+AIR = 0.15
+"""Share of its size that a growing map is given on every side, so that the picture does not move all the time."""
 
 ROOM = 0.25
 """Share of a page's size that the robot may be away from the middle before the page follows."""
@@ -21,33 +25,42 @@ class Camera:
 
     def __init__(self, page: Page) -> None:
         self._page = page
-        self._fitted: Bounds | None = None
-        self._met: set[int] = set()
+        self._fitted: dict[int, Bounds] = {}
 
     def fit(self, wanted: Bounds) -> None:
         """Show all of it in every page."""
-        self._fitted = wanted
-        self._page.fit(wanted)
+        for client in self._page.server.get_clients().values():
+            self._fit(client, wanted)
 
     def welcome(self, wanted: Bounds) -> None:
         """Show all of it in pages that have come since the last time."""
         for client in self._page.server.get_clients().values():
-            if client.client_id not in self._met and self._page.viewport_of(client) is not None:
-                self._met.add(client.client_id)
-                self._page.fit(wanted, client)
+            if client.client_id not in self._fitted and self._page.viewport_of(client) is not None:
+                self._fit(client, wanted)
 
     def grow(self, wanted: Bounds) -> None:
-        """Show what has been added outside of the last fit, in pages that still see the whole of that."""
-        if self._fitted is not None and not contains(self._fitted, wanted):
-            self.settle(union(self._fitted, wanted))
+        """Show what has been added outside of the last fit, with room for more."""
+        for client, fitted in self._untouched():
+            if not contains(fitted, wanted):
+                self._fit(client, widened(union(fitted, wanted), AIR))
 
     def settle(self, wanted: Bounds) -> None:
-        """Show exactly this in pages that still see the whole of the last fit."""
-        before, self._fitted = self._fitted, wanted
+        """Show exactly this."""
+        for client, _ in self._untouched():
+            self._fit(client, wanted)
+
+    def _untouched(self) -> list[tuple[viser.ClientHandle, Bounds]]:
+        """Pages that still see the whole of what they were last shown, and what that was."""
+        pages = []
         for client in self._page.server.get_clients().values():
-            seen = self._page.bounds_of(client)
-            if before is None or (seen is not None and contains(seen, before)):
-                self._page.fit(wanted, client)
+            seen, fitted = self._page.bounds_of(client), self._fitted.get(client.client_id)
+            if seen is not None and fitted is not None and contains(seen, fitted):
+                pages.append((client, fitted))
+        return pages
+
+    def _fit(self, client: viser.ClientHandle, wanted: Bounds) -> None:
+        self._fitted[client.client_id] = wanted
+        self._page.fit(wanted, client)
 
     def follow(self, robot: Float[np.ndarray, "3"]) -> None:
         """Bring the robot back to the middle of every page that it is about to leave, at the same scale."""
@@ -93,6 +106,12 @@ def contains(outer: Bounds, inner: Bounds, slack: float = 0.01) -> bool:
 
 def union(a: Bounds, b: Bounds) -> Bounds:
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def widened(bounds: Bounds, share: float) -> Bounds:
+    """The rectangle with this share of its size more on every side."""
+    air_x, air_y = share * (bounds[2] - bounds[0]), share * (bounds[3] - bounds[1])
+    return bounds[0] - air_x, bounds[1] - air_y, bounds[2] + air_x, bounds[3] + air_y
 
 
 def strayed(robot: Float[np.ndarray, "3"], viewport: Viewport) -> bool:

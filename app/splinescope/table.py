@@ -46,4 +46,4 @@ def table(
         + "</tr>"
         for number, row in enumerate(rows)
     )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<table class="dense"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'

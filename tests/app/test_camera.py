@@ -20,12 +20,12 @@ class Pages:
 
     def __init__(self, *seen: Bounds) -> None:
         self.seen = dict(enumerate(seen))
-        self.fitted: list[tuple[Bounds, int | None]] = []
+        self.fitted: list[tuple[Bounds, int]] = []
         clients = {number: SimpleNamespace(client_id=number) for number in self.seen}
         self.server: Any = SimpleNamespace(get_clients=lambda: clients)
 
-    def fit(self, wanted: Bounds, client: Any = None) -> None:
-        self.fitted.append((wanted, None if client is None else client.client_id))
+    def fit(self, wanted: Bounds, client: Any) -> None:
+        self.fitted.append((wanted, client.client_id))
 
     def bounds_of(self, client: Any) -> Bounds:
         return self.seen[client.client_id]
@@ -54,9 +54,15 @@ def test_a_growing_map_moves_only_pages_that_saw_all_of_it() -> None:
     camera = camera_of(pages)
     camera.fit((0.0, 0.0, 10.0, 10.0))
     camera.grow((2.0, 2.0, 9.0, 9.0))
-    assert pages.fitted == [((0.0, 0.0, 10.0, 10.0), None)]
+    assert [client for _, client in pages.fitted] == [0, 1]
     camera.grow((2.0, 2.0, 15.0, 9.0))
-    assert pages.fitted[1:] == [((0.0, 0.0, 15.0, 10.0), 0)]
+    (shown, client), *others = pages.fitted[2:]
+    assert client == 0
+    assert contains(shown, (0.0, 0.0, 15.0, 10.0))
+    assert not others
+    pages.seen[0] = shown
+    camera.settle((0.0, 0.0, 15.0, 10.0))
+    assert pages.fitted[3:] == [((0.0, 0.0, 15.0, 10.0), 0)]
 
 
 def test_a_new_page_is_welcomed_once() -> None:

@@ -13,7 +13,7 @@ from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
 from splinescope.view import ScanView, Selection
 
-HEADERS = ("", "Seg.", "Beams", "Spline", "Verdict", "RMS", "Gate", "Runner-up")
+HEADERS = ("", "Seg", "Beams", "Spline", "Verdict", "RMS", "Gate", "Runner-up")
 GLYPHS = {Glyph.CIRCLE: "○", Glyph.CHEVRONS: "»", Glyph.PLUS: "+", Glyph.CROSS: "✕", Glyph.BAR: "–"}
 
 

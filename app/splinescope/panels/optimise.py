@@ -42,7 +42,8 @@ class OptimisePanel:
                 {"label": "iteration", "stroke": GREY, "grid": {"stroke": GREY, "width": 0.3}},
                 {"label": "cost", "stroke": GREY, "size": 64, "grid": {"stroke": GREY, "width": 0.3}},
             ),
-            height=220,
+            legend={"show": False},
+            height=180,
             visible=False,
         )
         self._note = gui.add_html(table.block(table.paragraph(ROUNDS, "dim")), visible=False)

@@ -29,8 +29,7 @@ class SideBar:
         with tabs.add_tab("Layers"):
             self._panels.append(LayersPanel(gui, post))
         with tabs.add_tab("Scan"):
-            with gui.add_folder("Decisions"):
-                self._panels.append(DecisionsPanel(gui, post))
+            self._panels.append(DecisionsPanel(gui, post))
             with gui.add_folder("Time and place"):
                 self._panels.append(TimelinePanel(gui, post))
         with tabs.add_tab("Optimise"):
