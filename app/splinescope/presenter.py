@@ -15,6 +15,7 @@ from splinescope.view import MapView
 DRAWS_PER_SECOND = 30.0
 PANELS_PER_SECOND = 8.0
 MARKS_PER_SECOND = 1.0
+LONGEST_REST = 0.25
 
 
 class Presenter:
@@ -34,9 +35,16 @@ class Presenter:
         self._marks_of: tuple[object, ...] = ()
 
     @property
-    def done(self) -> bool:
-        """Everything that is known is shown."""
-        return self._session.revision == self._drawn == self._refreshed
+    def seconds_idle(self) -> float:
+        """How long there is nothing to show, if nothing comes."""
+        revision = self._session.revision
+        if self._session.playback.playing or revision != self._drawn:
+            due = self._draw_time + 1.0 / DRAWS_PER_SECOND
+        elif revision != self._refreshed:
+            due = self._panel_time + 1.0 / PANELS_PER_SECOND
+        else:
+            return LONGEST_REST
+        return max(due - time.monotonic(), 0.001)
 
     def show(self) -> None:
         """Show what has changed, if its time has come."""

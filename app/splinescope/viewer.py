@@ -28,7 +28,7 @@ from splinescope.page import Page, open_page
 from splinescope.panels.help import HelpSheet
 from splinescope.paths import find_log
 from splinescope.picking import pick
-from splinescope.presenter import DRAWS_PER_SECOND, Presenter
+from splinescope.presenter import Presenter
 from splinescope.session import Session
 from splinescope.worker import Worker
 
@@ -158,11 +158,10 @@ class Viewer:
         self._page.stop()
 
     def _arrivals(self) -> list[Posted]:
-        """What has come since the last time, after a wait of at most a frame; of seeks in a row only the newest."""
-        idle = self._presenter.done and not self.session.playback.playing
+        """What has come since the last time, or until something must be shown; of seeks in a row only the newest."""
         items: list[Posted] = []
         try:
-            items.append(self._inbox.get(timeout=0.25 if idle else 1.0 / DRAWS_PER_SECOND))
+            items.append(self._inbox.get(timeout=self._presenter.seconds_idle))
             while True:
                 item = self._inbox.get_nowait()
                 if isinstance(item, ask.Seek) and isinstance(items[-1], ask.Seek):
