@@ -127,10 +127,15 @@ class SetDark:
 
 
 @dataclass(frozen=True, slots=True)
-class Optimise:
-    """Solve the whole map with one back end."""
+class ChooseBackEnd:
+    """Solve with this back end from now on."""
 
     back_end: str
+
+
+@dataclass(frozen=True, slots=True)
+class Optimise:
+    """Solve the whole map with the chosen back end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +161,7 @@ Command = (
     | ToggleLayers
     | Select
     | SetDark
+    | ChooseBackEnd
     | Optimise
     | Cancel
 )

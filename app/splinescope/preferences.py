@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from bspline_slam.backends import BACK_ENDS
 from splinescope.view import Layer
 
 log = logging.getLogger(__name__)
@@ -58,6 +59,8 @@ class Preferences:
 def _understood(told: dict[str, Any]) -> dict[str, Any]:
     kinds = {"dark": bool, "follow_robot": bool, "speed": float, "back_end": str}
     known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
+    if known.get("back_end") not in BACK_ENDS:
+        known.pop("back_end", None)
     if isinstance(told.get("layers"), list):
         known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])
     return known

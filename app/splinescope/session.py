@@ -155,8 +155,8 @@ class Session:
                 self._follow()
             case ask.Select(selection=selection):
                 self.selection = selection
-            case ask.Optimise(back_end=back_end):
-                self._optimise(back_end)
+            case ask.Optimise():
+                self._optimise()
             case ask.Cancel():
                 self._cancel()
             case _:
@@ -205,12 +205,11 @@ class Session:
             self.opening = None
         self.tell(Notice("This log cannot be opened", sentence, bad=True))
 
-    def _optimise(self, back_end: str) -> None:
-        self.preferences = replace(self.preferences, back_end=back_end)
+    def _optimise(self) -> None:
         if self.estimation is None:
             self.tell(Notice("Nothing was optimised", self.refusal or ""))
         else:
-            self.estimation.solve(back_end)
+            self.estimation.solve(self.preferences.back_end)
 
     def _cancel(self) -> None:
         if self.opening is not None:
@@ -233,5 +232,7 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
             return replace(preferences, dark=not preferences.dark if dark is None else dark)
         case ask.FollowRobot(on=on):
             return replace(preferences, follow_robot=on)
+        case ask.ChooseBackEnd(back_end=back_end):
+            return replace(preferences, back_end=back_end)
         case _:
             return preferences

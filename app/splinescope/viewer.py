@@ -205,7 +205,7 @@ class Viewer:
                 self._help.close()
                 session.apply(ask.Select(None))
             case PageAction.OPTIMISE:
-                session.apply(ask.Optimise(session.preferences.back_end))
+                session.apply(ask.Optimise())
             case PageAction.FOLLOW_PROCESSING:
                 session.apply(ask.FollowProcessing(not session.following))
             case PageAction.FOLLOW_ROBOT:

@@ -30,6 +30,7 @@ def test_unknown_layers_are_left_out_and_missing_words_stay_as_they_were() -> No
     told = Preferences.from_json('{"layers": ["BEAMS", "SMELL"], "colour": "red"}')
     assert told.layers == {Layer.BEAMS}
     assert Preferences.from_json('{"dark": false}').layers == FIRST_LAYERS
+    assert Preferences.from_json('{"back_end": "magic"}').back_end == "direct"
 
 
 def test_a_place_that_cannot_be_written_harms_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

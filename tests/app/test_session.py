@@ -92,7 +92,7 @@ def test_the_map_stays_the_same_object_until_something_in_it_changes(finished: t
     session.apply(ask.Step(-1))
     assert session.map_view is world
     assert session.scan_view is not scan
-    session.apply(ask.Optimise("direct"))
+    session.apply(ask.Optimise())
     deliver(session, inline)
     assert session.map_view is not world
 
@@ -119,7 +119,7 @@ def test_the_map_moves_with_every_iteration(finished: tuple[Session, InlineEstim
     session.apply(ask.Seek(7))
     start = session.findings.snapshot
     assert start is not None
-    session.apply(ask.Optimise("direct"))
+    session.apply(ask.Optimise())
     first = next(message for message in inline.messages if isinstance(message, told.Iterated))
     aside = np.array([1.0, 0.0, 0.0])
     record = replace(first.record, poses=start.poses[start.key_scans] + aside)
@@ -135,7 +135,7 @@ def test_a_failed_or_stopped_solve_leaves_the_map_as_it_was(finished: tuple[Sess
     session, inline = finished
     before = session.findings.snapshot
     for end in (told.Failed(0, "no memory left"), told.Stopped(0)):
-        session.apply(ask.Optimise("sam"))
+        session.apply(ask.Optimise())
         job = len(inline.asked)
         session.receive(next(message for message in inline.messages if isinstance(message, told.Iterated)))
         inline.messages.clear()
@@ -153,7 +153,7 @@ def test_nothing_is_lost_when_the_estimator_dies_in_the_middle(log: MemoryLog) -
     assert session.findings.snapshot is not None
     assert session.activity is None
     assert session.notices[-1].bad
-    session.apply(ask.Optimise("direct"))
+    session.apply(ask.Optimise())
     assert "Open the log again" in session.notices[-1].text
 
 
@@ -168,10 +168,10 @@ def test_messages_of_a_job_that_nobody_waits_for_are_dropped(finished: tuple[Ses
 
 def test_what_is_refused_says_why(log: MemoryLog) -> None:
     empty = Session(InlineEstimator(), lambda _: None, Preferences())
-    empty.apply(ask.Optimise("direct"))
+    empty.apply(ask.Optimise())
     assert empty.notices[-1].text == "No log is open."
     session, _ = session_with(log)
-    session.apply(ask.Optimise("direct"))
+    session.apply(ask.Optimise())
     assert "still being processed" in session.notices[-1].text
 
 
@@ -234,7 +234,9 @@ def test_choices_change_the_preferences() -> None:
     session.apply(ask.ChangeSpeed(1))
     assert session.preferences.speed == session.playback.speed == 5.0
     session.apply(ask.FollowRobot(True))
+    session.apply(ask.ChooseBackEnd("sam"))
     assert session.preferences.follow_robot
+    assert session.preferences.back_end == "sam"
 
 
 def test_every_change_is_a_new_revision(log: MemoryLog) -> None:

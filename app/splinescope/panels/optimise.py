@@ -8,8 +8,8 @@ import viser
 from bspline_slam.adjustment import AdjustmentConfig
 from splinescope import table
 from splinescope.activity import Work, duration
-from splinescope.commands import Cancel, Optimise
-from splinescope.panels.panel import Post, on_press
+from splinescope.commands import Cancel, ChooseBackEnd, Optimise
+from splinescope.panels.panel import Post, on_change, on_press
 from splinescope.panels.status import doing
 from splinescope.session import Session
 from splinescope.solution import Solution
@@ -17,7 +17,7 @@ from splinescope.solution import Solution
 BACK_ENDS = {
     "direct": "Gauss–Newton on all poses and control points at once, with a sparse Cholesky factor.",
     "sam": "The same problem, solved by gtsam: the reference.",
-    "pose_graph": "Poses alone; the curves follow them and do not pull.",
+    "pose_graph": "Poses alone; the curves follow them and do not pull, so their cost may rise.",
 }
 MODEL = AdjustmentConfig().model
 ROUNDS = "Each round finds anew which beams belong to which point of a curve; there the cost may jump."
@@ -47,20 +47,14 @@ class OptimisePanel:
             visible=False,
         )
         self._note = gui.add_html(table.block(table.paragraph(ROUNDS, "dim")), visible=False)
-        on_press(self._run, lambda: post(Optimise(self._back_end.value)))
+        on_press(self._run, lambda: post(Optimise()))
+        on_change(self._back_end, lambda: post(ChooseBackEnd(self._back_end.value)))
         on_press(self._cancel, lambda: post(Cancel()))
 
-        @self._back_end.on_update
-        def _(event: viser.GuiEvent) -> None:
-            self._describe()
-
-        self._describe()
-
-    def _describe(self) -> None:
-        model = f"Observation model: {MODEL}."
-        self._about.content = table.block(table.paragraph(f"{BACK_ENDS[self._back_end.value]} {model}", "dim"))
-
     def refresh(self, session: Session) -> None:
+        chosen = self._back_end.value = session.preferences.back_end
+        about = f"{BACK_ENDS[chosen]} Observation model: {MODEL}."
+        self._about.content = table.block(table.paragraph(about, "dim"))
         working = session.activity is not None and session.activity.work is Work.OPTIMISING
         self._run.disabled = session.refusal is not None
         self._run.visible, self._cancel.visible = not working, working
