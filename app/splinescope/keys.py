@@ -57,7 +57,7 @@ def _layers(key: str, says: str, *layers: Layer) -> KeyBinding:
 
 
 BINDINGS: tuple[KeyBinding, ...] = (
-    KeyBinding((" ",), "Space", "play or pause; at the end, play again from the start", ask.TogglePlay()),
+    KeyBinding((" ",), "Space", "play or pause; at the end, from the start", ask.TogglePlay()),
     KeyBinding(("ArrowRight", "."), "→ or .", "next scan", ask.Step(1)),
     KeyBinding(("ArrowLeft", ","), "← or ,", "previous scan", ask.Step(-1)),
     KeyBinding(("Shift+ArrowRight",), "Shift + →", "ten scans on", ask.Step(10)),
@@ -66,7 +66,7 @@ BINDINGS: tuple[KeyBinding, ...] = (
     KeyBinding(("End",), "End", "last scan", ask.Seek(-1)),
     KeyBinding(("]",), "]", "play faster", ask.ChangeSpeed(1)),
     KeyBinding(("[",), "[", "play slower", ask.ChangeSpeed(-1)),
-    KeyBinding(("l",), "l", "follow the processing: always show the newest scan", PageAction.FOLLOW_PROCESSING),
+    KeyBinding(("l",), "l", "show the newest processed scan, or let go", PageAction.FOLLOW_PROCESSING),
     KeyBinding(("r",), "r", "keep the robot in the middle, or let go", PageAction.FOLLOW_ROBOT),
     KeyBinding(("f",), "f", "fit: show the whole map", PageAction.FIT),
     KeyBinding(("d",), "d", "dark or light page", ask.SetDark()),
@@ -74,12 +74,12 @@ BINDINGS: tuple[KeyBinding, ...] = (
     KeyBinding(("Escape",), "Esc", "clear the selection, close this sheet", PageAction.ESCAPE),
     KeyBinding(("?",), "?", "this sheet", PageAction.HELP),
     _layers("1", "the beams", Layer.BEAMS),
-    _layers("2", "segments and associations of the scan", Layer.SEGMENTS, Layer.ASSOCIATIONS),
+    _layers("2", "segments and associations", Layer.SEGMENTS, Layer.ASSOCIATIONS),
     _layers("3", "the curves fitted to the scan", Layer.FITS),
-    _layers("4", "control points and ellipses of the fit", Layer.FIT_POINTS, Layer.FIT_ELLIPSES),
+    _layers("4", "points and ellipses of the fit", Layer.FIT_POINTS, Layer.FIT_ELLIPSES),
     _layers("5", "breakpoints and corners", Layer.BREAKS),
     _layers("6", "the splines of the map", Layer.SPLINES),
-    _layers("7", "control points and ellipses of the map", Layer.CONTROL_POINTS, Layer.ELLIPSES),
+    _layers("7", "points and ellipses of the map", Layer.CONTROL_POINTS, Layer.ELLIPSES),
     _layers("8", "the trajectories", Layer.ESTIMATE, Layer.ODOMETRY, Layer.TRUTH),
     _layers("9", "loop closures", Layer.LOOPS),
 )
