@@ -21,7 +21,7 @@ class Estimator(Protocol):
     """Who computes: the worker's process, seen from here."""
 
     def process(self, path: Path) -> int: ...
-    def solve(self, path: Path, snapshot: Snapshot, back_end: str) -> int: ...
+    def solve(self, path: Path, kept: bytes, back_end: str) -> int: ...
     def covariances(self, back_end: str) -> int: ...
     def cancel(self) -> None: ...
 
@@ -45,6 +45,7 @@ class Estimation:
         self._path = path
         self._tell = tell
         self._settled: Snapshot | None = None
+        self._kept: bytes | None = None
         self._solver = "direct"
         self.activity: Activity | None = None
         self.costs: tuple[float, ...] = ()
@@ -57,14 +58,14 @@ class Estimation:
 
     def solve(self, back_end: str) -> None:
         """Let the map be solved by a back end, or say why not."""
-        refusal, snapshot = self.refusal, self._findings.snapshot
-        if refusal is not None or snapshot is None:
+        refusal, snapshot, kept = self.refusal, self._findings.snapshot, self._kept
+        if refusal is not None or snapshot is None or kept is None:
             self._tell(Notice("Nothing was optimised", refusal or "There is no map yet."))
             return
         self._estimator.cancel()
         self._settled, self._solver = snapshot, back_end
         self.costs, self.solution = (), None
-        job = self._estimator.solve(self._path, snapshot, back_end)
+        job = self._estimator.solve(self._path, kept, back_end)
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -90,7 +91,7 @@ class Estimation:
             return "The log is still being processed; wait for its end, or cancel it and optimise what is there."
         if snapshot is None or not len(snapshot.key_scans):
             return "There is no map yet."
-        if not snapshot.steps:
+        if self._kept is None:
             return "What the map was made from was lost with the estimator. Open the log again to optimise it."
         return None
 
@@ -112,10 +113,10 @@ class Estimation:
                 self._iterated(record)
             case told.CovariancesFound(splines=splines):
                 self._findings.know(splines)
-            case told.Finished(snapshot=snapshot, solution=solution):
-                self._finished(activity, snapshot, solution)
-            case told.Stopped(snapshot=snapshot):
-                self._stopped(activity, snapshot)
+            case told.Finished():
+                self._finished(activity, message)
+            case told.Stopped():
+                self._stopped(activity, message)
             case told.Failed(sentence=sentence):
                 self.activity = None
                 self._findings.show(self._settled)
@@ -130,22 +131,22 @@ class Estimation:
         if self._settled is not None:
             self._findings.show(moved(self._settled, record))
 
-    def _finished(self, activity: Activity, snapshot: Snapshot | None, solution: Solution | None) -> None:
+    def _finished(self, activity: Activity, end: told.Finished) -> None:
         self.activity = None
-        if snapshot is None:
+        if end.snapshot is None:
             return
-        self._settle(snapshot)
-        self._findings.record(snapshot.steps)
-        self.solution = solution
-        if snapshot.estimate is not None:
-            self.costs = tuple(float(record.cost) for record in snapshot.estimate.iterations)
-        self._tell(done(activity, snapshot, solution))
+        self._settle(end.snapshot)
+        self._kept, self.solution = end.kept, end.solution
+        if end.solution is not None:
+            self.costs = end.solution.costs
+        self._tell(done(activity, end.snapshot, end.solution))
         self.activity = Activity(Work.COVARIANCES, self._estimator.covariances(self._solver), "Waiting its turn")
 
-    def _stopped(self, activity: Activity, snapshot: Snapshot | None) -> None:
-        self.activity = None
+    def _stopped(self, activity: Activity, end: told.Stopped) -> None:
+        self.activity, snapshot = None, end.snapshot
         if snapshot is not None:
             self._settle(snapshot)
+            self._kept = end.kept
             scans = len(self._findings.log) if self._findings.log is not None else 0
             text = f"{len(snapshot.poses):,} of {scans:,} scans are in the map; it can be optimised."
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import pickle
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +22,9 @@ from splinescope.messages import (
     ProcessLog,
     Request,
     SolveMap,
+    StepsDone,
     Stopped,
+    for_looking_at,
 )
 from splinescope.reporter import Reporter
 from splinescope.solution import solution_of
@@ -33,6 +36,8 @@ Cancelling = Callable[[], bool]
 
 PREPARING = "Preparing the estimator (the very first run compiles for a minute)"
 READING = "Matching scans"
+PARCEL = 50
+"""Steps in one message."""
 
 
 class Jobs:
@@ -60,9 +65,11 @@ class Jobs:
         reporter = Reporter(request.job, self._send)
         match request:
             case ProcessLog(path=path):
+                self._snapshot = None
                 self._snapshot = process(self._open(path), reporter, self._send, cancelled)
-            case SolveMap(path=path, snapshot=snapshot, back_end=back_end):
-                self._snapshot = optimise(self._open(path), snapshot, back_end, reporter, self._send, cancelled)
+            case SolveMap(path=path, kept=kept, back_end=back_end):
+                before = self._snapshot or pickle.loads(kept)
+                self._snapshot = optimise(self._open(path), before, back_end, reporter, self._send, cancelled)
             case FindCovariances(back_end=back_end):
                 reporter.stage("Computing covariances")
                 self._send(CovariancesFound(request.job, covariances(self._snapshot, back_end)))
@@ -90,11 +97,19 @@ def process(log: ScanLog, reporter: Reporter, send: Send, cancelled: Cancelling)
     except Cancelled:
         reporter.flush()
         snapshot = pipeline.snapshot()
-        send(Stopped(reporter.job, snapshot))
+        send_steps(snapshot, reporter.job, send)
+        send(Stopped(reporter.job, for_looking_at(snapshot), pickle.dumps(snapshot)))
     else:
         solution = solution_of(slam.SlamConfig().back_end, before, snapshot, time.monotonic() - start)
-        send(Finished(reporter.job, snapshot, solution))
+        send_steps(snapshot, reporter.job, send)
+        send(Finished(reporter.job, for_looking_at(snapshot), solution, pickle.dumps(snapshot)))
     return snapshot
+
+
+def send_steps(snapshot: Snapshot, job: int, send: Send) -> None:
+    """The final word on every key scan, in parcels that the page unpacks between two frames."""
+    for first in range(0, len(snapshot.steps), PARCEL):
+        send(StepsDone(job, snapshot.steps[first : first + PARCEL]))
 
 
 def optimise(
@@ -104,7 +119,8 @@ def optimise(
     reporter.stage("Building the graph")
     start = time.monotonic()
     snapshot = slam.adjust(log, before, slam.SlamConfig(), back_end, reporter.progress, cancelled)
-    send(Finished(reporter.job, snapshot, solution_of(back_end, before, snapshot, time.monotonic() - start)))
+    solution = solution_of(back_end, before, snapshot, time.monotonic() - start)
+    send(Finished(reporter.job, for_looking_at(snapshot), solution, pickle.dumps(snapshot)))
     return snapshot
 
 

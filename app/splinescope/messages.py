@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +23,11 @@ class ProcessLog:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SolveMap:
-    """Solve the map of `snapshot`, made from the log at `path`, with one back end."""
+    """Solve the map of a snapshot, `kept` as it was sent, made from the log at `path`, with one back end."""
 
     job: int
     path: Path
-    snapshot: Snapshot
+    kept: bytes
     back_end: str
 
 
@@ -67,7 +67,7 @@ class StepsDone(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapChanged(Message):
-    """The map in the middle of processing, for looking at: what only a solver needs is left out."""
+    """The map in the middle of processing, for looking at (see `for_looking_at`)."""
 
     snapshot: Snapshot
 
@@ -81,10 +81,13 @@ class Iterated(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Finished(Message):
-    """A job is done; the whole result and the figures of its last solve, None for a job without a map."""
+    """A job is done: the map for looking at, the figures of its last solve, and the whole result, None for a job
+    without a map. `kept` is the pickled snapshot, which the page only ever hands back: it is too large to unpack there.
+    """
 
     snapshot: Snapshot | None = None
     solution: Solution | None = None
+    kept: bytes | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,9 +99,10 @@ class CovariancesFound(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stopped(Message):
-    """A job was cancelled; what it had done by then, None if that changes nothing."""
+    """A job was cancelled; what it had done by then as in Finished, None if that changes nothing."""
 
     snapshot: Snapshot | None = None
+    kept: bytes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,3 +110,8 @@ class Failed(Message):
     """A job could not go on, and why; also said when the process ended with the job undone."""
 
     sentence: str
+
+
+def for_looking_at(snapshot: Snapshot) -> Snapshot:
+    """A snapshot without what only a solver needs; its steps travel apart from it, a few at a time."""
+    return replace(snapshot, steps=(), estimate=None, observations=(), pose_factors=())

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.slam import SlamStep, Snapshot
-from splinescope.messages import Iterated, MapChanged, Message, Progress, StepsDone
+from splinescope.messages import Iterated, MapChanged, Message, Progress, StepsDone, for_looking_at
 
 RECORD_INTERVAL = 0.2
 STEP_INTERVAL = 0.1
@@ -66,7 +65,7 @@ class Reporter:
         if start < self._next_map:
             return
         self.flush()
-        self._send(MapChanged(self.job, replace(make(), steps=(), estimate=None, observations=(), pose_factors=())))
+        self._send(MapChanged(self.job, for_looking_at(make())))
         end = self._clock()
         self._next_map = end + max(MAP_INTERVAL, MAP_SHARE * (end - start))
 

@@ -16,8 +16,8 @@ from splinescope.map_view import largest_move
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Figures of one solve: costs before and after, the largest move of a scan (m), χ² and its degrees of freedom,
-    time (s)."""
+    """Figures of one solve: costs before and after and of every iteration, the largest move of a scan (m), χ² and its
+    degrees of freedom, time (s)."""
 
     back_end: str
     cost_before: float
@@ -25,9 +25,14 @@ class Solution:
     largest_move: float
     chi2: float
     dof: int
-    iterations: int
+    costs: tuple[float, ...]
     converged: bool
     seconds: float
+
+    @property
+    def iterations(self) -> int:
+        """Steps made; the first cost is that of the start."""
+        return max(len(self.costs) - 1, 0)
 
     @property
     def chi2_per_dof(self) -> float:
@@ -52,7 +57,7 @@ def solution_of(back_end: str, before: Snapshot, after: Snapshot, seconds: float
         largest_move=largest_move(before, after),
         chi2=float(estimate.chi2),
         dof=int(estimate.dof),
-        iterations=max(len(estimate.iterations) - 1, 0),
+        costs=tuple(float(record.cost) for record in estimate.iterations),
         converged=estimate.converged,
         seconds=seconds,
     )

@@ -12,7 +12,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from bspline_slam.slam import Snapshot
 from splinescope.messages import Failed, FindCovariances, Message, ProcessLog, Request, SolveMap
 
 NICENESS = 5
@@ -55,9 +54,9 @@ class Worker:
         """Ask for the whole pipeline over a log; returns the job's number."""
         return self._ask(ProcessLog(self._job + 1, path))
 
-    def solve(self, path: Path, snapshot: Snapshot, back_end: str) -> int:
-        """Ask for the map to be solved by a back end; returns the job's number."""
-        return self._ask(SolveMap(self._job + 1, path, snapshot, back_end))
+    def solve(self, path: Path, kept: bytes, back_end: str) -> int:
+        """Ask for the map to be solved by a back end, `kept` being what came with it; returns the job's number."""
+        return self._ask(SolveMap(self._job + 1, path, kept, back_end))
 
     def covariances(self, back_end: str) -> int:
         """Ask for the covariances of the latest map; returns the job's number."""

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 from app import estimator
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Snapshot
 from splinescope import jobs
 from splinescope.commands import LogOpened, OpenLog
 from splinescope.messages import FindCovariances, Message, ProcessLog, Request, SolveMap
@@ -28,8 +27,8 @@ class InlineEstimator:
     def process(self, path: Path) -> int:
         return self._do(lambda job: ProcessLog(job, path))
 
-    def solve(self, path: Path, snapshot: Snapshot, back_end: str) -> int:
-        return self._do(lambda job: SolveMap(job, path, snapshot, back_end))
+    def solve(self, path: Path, kept: bytes, back_end: str) -> int:
+        return self._do(lambda job: SolveMap(job, path, kept, back_end))
 
     def covariances(self, back_end: str) -> int:
         return self._do(lambda job: FindCovariances(job, back_end))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from itertools import count
 from pathlib import Path
 
@@ -51,10 +52,10 @@ def messages_of(*requests, cancelled=lambda: False) -> list[Message]:
     return sent
 
 
-def test_processing_sends_every_step_once_and_then_the_whole_map(log: MemoryLog) -> None:
+def test_processing_sends_every_step_in_order_and_then_the_whole_map(log: MemoryLog) -> None:
     sent = messages_of(ProcessLog(1, Path("x")))
     steps = [step.scan for message in sent if isinstance(message, StepsDone) for step in message.steps]
-    assert steps == list(range(len(log)))
+    assert steps[: len(log)] == list(range(len(log)))
     assert any(isinstance(message, MapChanged) and len(message.snapshot.map) for message in sent)
     assert isinstance(sent[-1], Finished)
     assert sent[-1].snapshot is not None
@@ -72,12 +73,23 @@ def test_a_cancelled_run_keeps_what_it_has(log: MemoryLog) -> None:
 def test_solving_sends_iterations_with_falling_cost(log: MemoryLog) -> None:
     pipeline = Slam(log)
     list(pipeline.steps())
-    sent = messages_of(SolveMap(1, Path("x"), pipeline.snapshot(), "direct"))
+    sent = messages_of(SolveMap(1, Path("x"), pickle.dumps(pipeline.snapshot()), "direct"))
     records = [message.record for message in sent if isinstance(message, Iterated)]
     assert records[0].index == 0
     assert isinstance(sent[-1], Finished)
-    assert sent[-1].snapshot is not None
-    assert sent[-1].snapshot.estimate is not None
+    assert sent[-1].solution is not None
+    assert sent[-1].solution.costs[-1] < sent[-1].solution.costs[0]
+    assert sent[-1].kept is not None
+    assert pickle.loads(sent[-1].kept).estimate is not None
+
+
+def test_every_key_scan_gets_a_final_word_before_the_end(log: MemoryLog) -> None:
+    sent = messages_of(ProcessLog(1, Path("x")))
+    assert isinstance(sent[-1], Finished)
+    assert sent[-1].kept is not None
+    final = {step.scan: step for message in sent if isinstance(message, StepsDone) for step in message.steps}
+    for step in pickle.loads(sent[-1].kept).steps:
+        assert [a.spline for a in final[step.scan].associations] == [a.spline for a in step.associations]
 
 
 def test_covariances_come_for_every_spline_of_a_solved_map(log: MemoryLog) -> None:
