@@ -109,6 +109,11 @@ class ScanLog(Protocol):
     def odometry_at(self, time: float) -> Float[np.ndarray, "3"] | None: ...
 
 
+def index_at(times: Float[np.ndarray, "scans"], time: float) -> int:
+    """The latest scan at or before `time` on an increasing axis; the first scan for earlier times."""
+    return max(int(np.searchsorted(times, time, side="right")) - 1, 0)
+
+
 def increasing_times(stamps: Float[np.ndarray, "records"]) -> Float[np.ndarray, "records"]:
     """A strictly increasing axis for stamps in the order of recording (s).
 

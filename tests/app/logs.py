@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from app import views
-from bspline_slam.scan import LaserScan, Records
+from bspline_slam.scan import LaserScan, Records, index_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class MemoryLog:
         return iter(self.scans)
 
     def index_at(self, time: float) -> int:
-        return int(np.argmin(np.abs(self.times - time)))
+        return index_at(self.times, time)
 
     def odometry_at(self, time: float) -> Float[np.ndarray, "3"] | None:
         return None if self.odometry is None else self.odometry[self.index_at(time)]

@@ -13,7 +13,7 @@ from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
 from splinescope.view import ScanView, Selection
 
-HEADERS = ("", "Seg", "Beams", "Spline", "Verdict", "RMS", "Gate", "Runner-up")
+HEADERS = ("", "Seg", "Beams", "Spline", "Verdict", "RMS / gate", "Runner-up")
 GLYPHS = {Glyph.CIRCLE: "○", Glyph.CHEVRONS: "»", Glyph.PLUS: "+", Glyph.CROSS: "✕", Glyph.BAR: "–"}
 
 
@@ -46,7 +46,7 @@ def decisions(scan: ScanView | None, segment: int | None) -> list[str]:
     marked = [number for number, a in enumerate(scan.associations) if a.segment == segment]
     return [
         table.paragraph(f"Key scan {scan.scan.index}: {len(scan.associations)} decisions; distances in mm."),
-        table.table(HEADERS, map(row, scan.associations), numbers=(1, 2, 3, 5, 6, 7), marked=marked),
+        table.table(HEADERS, map(row, scan.associations), numbers=(1, 2, 3, 5, 6), marked=marked),
     ]
 
 
@@ -59,8 +59,7 @@ def row(association: Association) -> tuple[str, ...]:
         f"{association.first}–{association.last}",
         "–" if association.spline is None else str(association.spline),
         association.verdict.value + (" by hand" if association.by == "hand" else ""),
-        number(association.distance),
-        number(association.gate),
+        f"{number(association.distance)} / {number(association.gate)}",
         "–" if second is None else f"{second.spline}: {number(second.distance)}",
     )
 

@@ -49,6 +49,8 @@ def sheet() -> str:
     rows = "".join(f"<tr><td><kbd>{escape(b.shown)}</kbd></td><td>{escape(b.says)}</td></tr>" for b in BINDINGS)
     return table.block(
         table.paragraph(INTRODUCTION),
-        table.paragraph("Drag to move the map, turn the wheel to zoom, click a thing to learn what it is."),
+        table.paragraph(
+            "Drag to move the map, turn the wheel or press + and − to zoom, click a thing to learn what it is."
+        ),
         f'<table class="keys">{rows}</table>',
     )

@@ -6,7 +6,7 @@ TEXTS = """
 .ss{font-size:12px;line-height:1.4;padding:2px 8px;overflow-wrap:anywhere}
 .ss table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;overflow-wrap:normal}
 .ss .dense{font-size:11px}
-.ss .dense th,.ss .dense td{padding:2px 3px;white-space:nowrap}
+.ss .dense th,.ss .dense td{padding:2px;white-space:nowrap}
 .ss th{font-weight:600;text-align:left;padding:2px 4px;border-bottom:1px solid #8886;vertical-align:bottom}
 .ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}
 .ss td.n,.ss th.n{text-align:right}

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.scan import LaserScan, Records, interpolate_poses
+from bspline_slam.scan import LaserScan, Records, index_at, interpolate_poses
 
 Progress = Callable[[float], None]
 
@@ -69,7 +69,7 @@ class IndexedLog:
 
     def index_at(self, time: float) -> int:
         """The latest scan at or before `time` on the increasing axis; the first scan for earlier times."""
-        return max(int(np.searchsorted(self.times, time, side="right")) - 1, 0)
+        return index_at(self.times, time)
 
     def odometry_at(self, time: float) -> Float[np.ndarray, "3"] | None:
         """Pose of the robot by odometry, interpolated between records; None without odometry."""
