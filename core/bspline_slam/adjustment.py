@@ -12,12 +12,12 @@ from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 from bspline_slam.association import Association
-from bspline_slam.backends import Stopping, back_end, solve_control_points
+from bspline_slam.backends import ONE_PASS, Stopping, back_end, solve_control_points
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig, chord_length_parameters
-from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
+from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.kernels import curves as kernels
 from bspline_slam.observation import MODELS, ChordLengthNoise, across_sigma, chord_length
 from bspline_slam.segmentation import ScanSegment
@@ -179,6 +179,7 @@ def build_graph(
         pose_factors=_remaining_factors(factors, keys, sights, feet, config),
         pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
         shape_priors=tuple(_bends(spline_first, config)),
+        beams=_beams(sights, feet, kept, poses, place, config, fitting),
     )
 
 
@@ -214,6 +215,33 @@ def _observations(
             curve = splines.splines[spline].curve
             one = chord_length(curve, t, sights.points[kept[a:b]], fitting, config.chord_length_noise)
             yield SplineFactor(pose, offset + one.first, one.A, one.b, one.readings, one.constant)
+
+
+def _beams(
+    sights: Sights,
+    feet: Feet,
+    kept: Sequence[MapSpline],
+    poses: Float[np.ndarray, "n 3"],
+    place: Int[np.ndarray, "s"],
+    config: AdjustmentConfig,
+    fitting: FittingConfig,
+) -> Beams:
+    """The beams that count, each with the noise of its range: that across the curve, seen along the beam."""
+    counts = feet.counts
+    pose, directions, ranges = sights.pose[counts], sights.directions[counts], sights.ranges[counts]
+    normals = se2.rotate(_turned_back(poses[pose]), feet.normals[counts])
+    across = across_sigma(normals, directions, ranges, fitting)
+    across *= np.sqrt(1.0 + np.square(feet.across[counts] / across / config.cauchy))
+    return Beams(
+        pose,
+        place[sights.spline[counts]],
+        sights.points[counts] - ranges[:, None] * directions,
+        directions,
+        ranges,
+        feet.t[counts],
+        across / np.abs((normals * directions).sum(1)),
+        tuple(spline.curve for spline in kept),
+    )
 
 
 def _chord_length_parameters(t: Float[np.ndarray, "m"], points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
@@ -346,7 +374,8 @@ def adjust_splines(
 ) -> tuple[SplineMap, Estimate]:
     """Solve, find new foot points, solve again: the adjusted map and the estimate of the last round.
 
-    The estimate's iterations run over all rounds. Raises Cancelled; ConfigError for an unknown back end.
+    The estimate's iterations run over all rounds. A back end that goes through the key scans once does so in the
+    last; `direct` finds it the foot points in those before. Raises Cancelled; ConfigError for an unknown back end.
     """
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
@@ -364,7 +393,7 @@ def adjust_splines(
             progress((number + min(record.index, 5) / 6) / len(config.gates), records[-1])
 
         last = number + 1 == len(config.gates)
-        solver = back_end(name) if last else back_end(name, ROUGHLY)
+        solver = back_end(name) if last else back_end("direct" if name in ONE_PASS else name, ROUGHLY)
         estimate = solver.solve(graph, progress=note, cancelled=cancelled)
         poses, splines = estimate.poses, with_estimate(splines, estimate)
     assert estimate is not None

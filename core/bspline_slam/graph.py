@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.bspline import BSpline
 
 Kernel = float | None
 """None: plain least squares. c: Cauchy, ρ(s) = c² log(1 + s/c²) of the squared norm s of the whitened residual."""
@@ -28,7 +29,8 @@ class SplineFactor:
     """One observation of consecutive control points c_first … c_first+m−1 from one pose.
 
     e(T, X) = A · vec(Rᵀ(c_i − x)) − b, with vec = (q_1x, q_1y, q_2x, …) and A (r, 2m), b (r,), whitened.
-    `readings` is how many beams it sums up and `constant` the part of χ² that no state can remove.
+    `readings` is how many beams it sums up (none: it only fixes the parametrisation of a curve) and `constant` the
+    part of χ² that no state can remove.
     """
 
     pose: int
@@ -114,12 +116,32 @@ class ShapePrior:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Beams:
+    """The single beams that the spline factors sum up, for back ends that measure ranges along them.
+
+    `spline` is a position among the graph's splines and `parameters` where on its curve the beam's foot lies. Origins
+    and directions (unit) are in the robot frame; `sigma` is the standard deviation of the range (m), that of the
+    bearing included. `curves` are the splines at the starting values.
+    """
+
+    pose: Int[np.ndarray, "m"]
+    spline: Int[np.ndarray, "m"]
+    origins: Float[np.ndarray, "m 2"]
+    directions: Float[np.ndarray, "m 2"]
+    ranges: Float[np.ndarray, "m"]
+    parameters: Float[np.ndarray, "m"]
+    sigma: Float[np.ndarray, "m"]
+    curves: tuple[BSpline, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Graph:
     """The whole problem and its starting values.
 
     `spline_ids[k]` owns the control points `spline_first[k] : spline_first[k + 1]` (so `spline_first` has one
     entry more).
-    `key_scans[i]` is the index of the scan that pose i belongs to.
+    `key_scans[i]` is the index of the scan that pose i belongs to. `beams` are the raw readings behind
+    `spline_factors`; most back ends have no use for them.
     """
 
     key_scans: Int[np.ndarray, "n"]
@@ -131,6 +153,7 @@ class Graph:
     pose_factors: tuple[PoseFactor, ...] = ()
     pose_priors: tuple[PosePrior, ...] = ()
     shape_priors: tuple[ShapePrior, ...] = ()
+    beams: Beams | None = None
 
     @property
     def unknowns(self) -> int:

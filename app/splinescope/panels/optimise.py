@@ -17,6 +17,11 @@ from splinescope.solution import Solution
 BACK_ENDS = {
     "direct": "Gauss–Newton on all poses and control points at once, with a sparse Cholesky factor.",
     "sam": "The same problem, solved by gtsam: the reference.",
+    "isam2": "The same problem again, fed to gtsam key scan by key scan: incremental smoothing.",
+    "islsjf": "Local maps, one per key scan, joined one after another and linearised again: the same optimum.",
+    "ekf": "A Kalman filter of the current pose and the map: no look back, no loop closures, costs may rise.",
+    "bs_slam": "A Kalman filter too, but on the range of each beam to its curve (BS-SLAM).",
+    "idmj": "Joining on relative feature information: odometry and loop closures have no say in the map.",
     "pose_graph": "Poses alone; the curves follow them and do not pull, so their cost may rise.",
 }
 MODEL = AdjustmentConfig().model

@@ -9,11 +9,22 @@ from bspline_slam.backends.gauss_newton import Stopping
 from bspline_slam.backends.protocol import BackEnd
 from bspline_slam.errors import ConfigError
 
-__all__ = ["BACK_ENDS", "Stopping", "back_end", "solve_control_points"]
+__all__ = ["BACK_ENDS", "ONE_PASS", "Stopping", "back_end", "solve_control_points"]
 
-_CLASSES = {"direct": "Direct", "sam": "Sam", "pose_graph": "PoseGraph"}
+_CLASSES = {
+    "direct": "Direct",
+    "sam": "Sam",
+    "isam2": "Isam2",
+    "islsjf": "Islsjf",
+    "ekf": "Ekf",
+    "bs_slam": "BsSlam",
+    "idmj": "Idmj",
+    "pose_graph": "PoseGraph",
+}
 BACK_ENDS = tuple(_CLASSES)
 """Names of all back ends, the default first."""
+ONE_PASS = ("isam2", "ekf", "bs_slam")
+"""Those that go through the key scans once, in their order, instead of iterating over all of them."""
 
 
 def back_end(name: str, stopping: Stopping | None = None) -> BackEnd:

@@ -62,18 +62,7 @@ class FactorProblem:
     """A graph as gtsam factors, and the order in which their keys are eliminated."""
 
     def __init__(self, graph: Graph) -> None:
-        self.factors = gtsam.NonlinearFactorGraph()
-        n = len(graph.poses)
-        for spline in graph.spline_factors:
-            keys = [spline.pose, *range(n + spline.first, n + spline.first + spline.A.shape[1] // 2)]
-            self._add(len(spline.b), keys, spline_error(spline, keys))
-        for edge in graph.pose_factors:
-            self._add(3, [edge.i, edge.j], edge_error(edge), edge.kernel)
-        for prior in graph.pose_priors:
-            self._add(3, [prior.pose], prior_error(prior))
-        for shape in graph.shape_priors:
-            keys = [*range(n + shape.first, n + shape.first + shape.A.shape[1] // 2)]
-            self._add(len(shape.b), keys, shape_error(shape, keys))
+        n, self.factors = len(graph.poses), factors_of(graph)
         self.ordering = gtsam.Ordering.MetisNonlinearFactorGraph(self.factors)
         touched = self.factors.keys()
         for key in range(n + len(graph.control_points)):
@@ -86,12 +75,6 @@ class FactorProblem:
 
     def linearise(self, state: State) -> LinearisedFactors:
         return LinearisedFactors(self.factors.linearize(values_of(state)), state, self.ordering)
-
-    def _add(self, rows: int, keys: list[int], error: Error, kernel: Kernel = None) -> None:
-        model = gtsam.noiseModel.Unit.Create(rows)
-        if kernel is not None:
-            model = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(kernel), model)
-        self.factors.add(gtsam.CustomFactor(model, keys, error))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,6 +100,29 @@ class LinearisedFactors:
             size = 3 if key < len(self.at.poses) else 2
             held.add(key, root * np.eye(size), np.zeros(size), gtsam.noiseModel.Unit.Create(size))
         return held
+
+
+def factors_of(graph: Graph) -> gtsam.NonlinearFactorGraph:
+    """All factors of a graph in gtsam's hands."""
+    factors, n = gtsam.NonlinearFactorGraph(), len(graph.poses)
+
+    def add(rows: int, keys: list[int], error: Error, kernel: Kernel = None) -> None:
+        model = gtsam.noiseModel.Unit.Create(rows)
+        if kernel is not None:
+            model = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(kernel), model)
+        factors.add(gtsam.CustomFactor(model, keys, error))
+
+    for spline in graph.spline_factors:
+        keys = [spline.pose, *range(n + spline.first, n + spline.first + spline.A.shape[1] // 2)]
+        add(len(spline.b), keys, spline_error(spline, keys))
+    for edge in graph.pose_factors:
+        add(3, [edge.i, edge.j], edge_error(edge), edge.kernel)
+    for prior in graph.pose_priors:
+        add(3, [prior.pose], prior_error(prior))
+    for shape in graph.shape_priors:
+        keys = [*range(n + shape.first, n + shape.first + shape.A.shape[1] // 2)]
+        add(len(shape.b), keys, shape_error(shape, keys))
+    return factors
 
 
 def values_of(state: State) -> gtsam.Values:

@@ -1,0 +1,228 @@
+"""The filter behind `ekf` and `bs_slam`: an extended Kalman filter over the current pose and all control points.
+
+It is kept in information form (Λ, the inverse of the covariance), which is the same estimator: motion is linearised
+at the last estimate, observations at the prediction, each once and never again; then the pose before is marginalised.
+So past poses are gone: the estimate of a key scan is the filtered one of its own time, and pose factors between
+others than neighbours (loop closures) cannot be stated. A loop closes when a spline is seen again.
+
+A control point enters where the key scan that sees it first has it by the starting values, ±`NEWCOMER`: relative to
+that pose, so it says nothing about the pose, and keeps within bounds what nothing observes.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from bspline_slam import se2
+from bspline_slam.backends.arrival import Arrival, arrivals, entries, first_seen, is_motion, predicted_pose
+from bspline_slam.backends.check import check_anchored
+from bspline_slam.backends.gauss_newton import STEP_INFORMATION, Descent, State, Stopping
+from bspline_slam.backends.marginals import control_points_of
+from bspline_slam.backends.one_pass import Watch
+from bspline_slam.backends.packing import pack_curves, pack_edges
+from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
+from bspline_slam.backends.statistics import estimate_of
+from bspline_slam.backends.threads import single_thread
+from bspline_slam.errors import Cancelled, SolverError
+from bspline_slam.graph import Graph, SplineFactor
+
+NEWCOMER = 1.0
+"""Standard deviation (m) of a control point that enters, relative to the pose that sees it first."""
+POSES = 6
+"""Columns of Λ before those of the control points: poses take turns in two slots of three."""
+
+Columns = Int[np.ndarray, "u"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rows:
+    """Whitened rows of one observation, linearised: residual, ∂/∂(x, y, θ) of the current pose, ∂/∂vec(c)."""
+
+    control_points: Int[np.ndarray, "m"]
+    residual: Float[np.ndarray, "r"]
+    by_pose: Float[np.ndarray, "r 3"]
+    by_points: Float[np.ndarray, "r d"]
+
+
+Observe = Callable[[Arrival, Float[np.ndarray, "3"], Float[np.ndarray, "N 2"]], Sequence[Rows]]
+"""What an arrival observes, linearised at its predicted pose and the control points."""
+
+
+def spline_rows(factor: SplineFactor, pose: Float[np.ndarray, "3"], control_points: Float[np.ndarray, "N 2"]) -> Rows:
+    """A spline factor, linearised."""
+    seen = np.arange(factor.first, factor.first + factor.A.shape[1] // 2)
+    by_pose, by_points = factor.jacobians(pose, control_points[seen])
+    return Rows(seen, factor.residual(pose, control_points[seen]), by_pose, by_points)
+
+
+class InformationFilter:
+    """State of the filter: the means, Λ, and the poses filtered so far with their covariances."""
+
+    def __init__(self, graph: Graph, observe: Observe) -> None:
+        self.graph, self.observe = graph, observe
+        self.coming = arrivals(graph)
+        order = np.concatenate([np.empty(0, dtype=np.int64), *(arrival.control_points for arrival in self.coming)])
+        self.slots = np.empty(len(order), dtype=np.int64)
+        self.slots[order] = POSES + 2 * np.arange(len(order))
+        self.used = POSES
+        self.poses: list[np.ndarray] = []
+        self.pose_covariances: list[np.ndarray] = []
+        self.control_points = graph.control_points.copy()
+        self.information = np.zeros((POSES + 2 * len(order),) * 2)
+        self.information[range(POSES), range(POSES)] = 1.0
+
+    def arrive(self, arrival: Arrival) -> None:
+        """Predict, let control points enter, update, forget the pose before."""
+        pose = predicted_pose(self.graph, arrival, self.poses[-1] if self.poses else None)
+        seen = first_seen(self.graph, arrival)
+        self.control_points[arrival.control_points] = se2.transform(pose, seen)
+        self.used += 2 * len(seen)
+        now, before = pose_slot(arrival.pose), pose_slot(arrival.pose - 1)
+        self.information[now, now] = STEP_INFORMATION
+        gradient = np.zeros(self.used)
+        for columns, residual, jacobian in self._terms(arrival, pose, seen):
+            self.information[np.ix_(columns, columns)] += jacobian.T @ jacobian
+            gradient[columns] += jacobian.T @ residual
+        self._update(now, pose, gradient)
+        self._forget(before)
+
+    def spline_covariance(self, spline: int) -> Float[np.ndarray, "d d"]:
+        """Of (c_1x, c_1y, c_2x, …) of the spline with this id."""
+        columns = self._columns(control_points_of(self.graph, spline))
+        return self._covariance(self._factor(), columns)
+
+    def _terms(
+        self, arrival: Arrival, pose: Float[np.ndarray, "3"], seen: Float[np.ndarray, "m 2"]
+    ) -> Iterator[tuple[Columns, Float[np.ndarray, "r"], Float[np.ndarray, "r u"]]]:
+        """Columns, residual and Jacobian of everything that an arrival brings."""
+        now, points = pose_slot(arrival.pose), self.control_points
+        around = {arrival.pose: pose, arrival.pose - 1: self.poses[-1] if self.poses else pose}
+        for factor in arrival.pose_factors:
+            ends = around[factor.i], around[factor.j]
+            columns = np.append(pose_slot(factor.i), pose_slot(factor.j))
+            yield columns, factor.residual(*ends), np.hstack(factor.jacobians(*ends))
+        for prior in arrival.pose_priors:
+            yield now, prior.residual(pose), prior.sqrt_information
+        for shape in arrival.shape_priors:
+            held = np.arange(shape.first, shape.first + shape.A.shape[1] // 2)
+            yield self._columns(held), shape.residual(points[held]), shape.A
+        root = np.eye(2) / NEWCOMER
+        entering = [
+            SplineFactor(arrival.pose, int(k), root, root @ q)
+            for k, q in zip(arrival.control_points, seen, strict=True)
+        ]
+        observed = self.observe(arrival, pose, points)
+        for rows in (*(spline_rows(factor, pose, points) for factor in entering), *observed):
+            columns = np.append(now, self._columns(rows.control_points))
+            yield columns, rows.residual, np.hstack([rows.by_pose, rows.by_points])
+
+    def _update(self, now: Columns, pose: Float[np.ndarray, "3"], gradient: Float[np.ndarray, "a"]) -> None:
+        """Move the means to the new optimum and note the pose as it is filtered."""
+        factor = self._factor()
+        with single_thread():
+            step = -cho_solve(factor, gradient, check_finite=False)
+        pose = pose + step[now]
+        self.poses.append(np.append(pose[:2], se2.wrap(pose[2])))
+        self.pose_covariances.append(self._covariance(factor, now))
+        entered = np.flatnonzero(self.slots < self.used)
+        self.control_points[entered] += step[self._columns(entered)].reshape(-1, 2)
+
+    def _forget(self, slot: Columns) -> None:
+        """Marginalise the pose in this slot."""
+        information = self.information[: self.used, : self.used]
+        tie = information[:, slot].copy()
+        information -= tie @ np.linalg.solve(tie[slot], tie.T)
+        information[slot], information[:, slot] = 0.0, 0.0
+        information[slot, slot] = 1.0
+
+    def _columns(self, control_points: Int[np.ndarray, "m"]) -> Columns:
+        return (self.slots[control_points][:, None] + np.arange(2)).ravel()
+
+    def _factor(self) -> tuple[Float[np.ndarray, "a a"], bool]:
+        try:
+            with single_thread():
+                return cho_factor(self.information[: self.used, : self.used], lower=True, check_finite=False)
+        except LinAlgError as error:
+            raise SolverError(f"the filter is singular after {len(self.poses)} key scans: {error}") from error
+
+    def _covariance(self, factor: tuple[Float[np.ndarray, "a a"], bool], columns: Columns) -> np.ndarray:
+        """Block of Λ⁻¹."""
+        units = np.zeros((len(factor[0]), len(columns)))
+        units[columns, np.arange(len(columns))] = 1.0
+        with single_thread():
+            block = cho_solve(factor, units, check_finite=False)[columns]
+        return 0.5 * (block + block.T)
+
+
+def pose_slot(pose: int) -> Columns:
+    """Columns of a pose while it is the current one or the one before."""
+    return 3 * (pose % 2) + np.arange(3)
+
+
+class KeyScanFilter(ABC):
+    """What `ekf` and `bs_slam` share: one pass over the key scans. χ² compares filtered poses with the final map."""
+
+    name: str
+
+    def __init__(self, stopping: Stopping | None = None) -> None:
+        self.stopping = stopping or Stopping()
+
+    def solve(self, graph: Graph, *, progress: Progress = silent, cancelled: Cancelling = never) -> Estimate:
+        """The filtered estimate. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
+        curves, edges = pack_curves(graph), pack_edges(graph)
+        state = InformationFilter(as_filtered(graph), self.observation(graph))
+        watch = Watch(graph, curves, edges, progress)
+        for arrival in state.coming:
+            if cancelled():
+                raise Cancelled(f"the filter was cancelled after {arrival.pose} key scans")
+            state.arrive(arrival)
+            watch.note(np.array(state.poses), state.control_points)
+        end = State(np.array(state.poses), state.control_points)
+        return estimate_of(graph, curves, edges, Descent(end, tuple(watch.records), converged=True))
+
+    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+        """Of each pose as it was when its key scan came in, of splines after the last: the filter runs once more."""
+        state = InformationFilter(as_filtered(estimate.graph), self.observation(estimate.graph))
+        for arrival in state.coming if poses or splines else ():
+            state.arrive(arrival)
+        return Marginals(
+            {pose: state.pose_covariances[pose] for pose in poses},
+            {spline: state.spline_covariance(spline) for spline in splines},
+        )
+
+    @abstractmethod
+    def observation(self, graph: Graph) -> Observe:
+        """What the filter takes for an observation."""
+
+
+def as_filtered(graph: Graph) -> Graph:
+    """The graph as a filter can state it, checked for poses and splines that are left hanging.
+
+    Without pose factors other than motion; and spline factors of no readings, which only fix the parametrisation of
+    a curve, told by the pose with which their control points enter, for until then the curve would slide in itself.
+    """
+    motions = tuple(factor for factor in graph.pose_factors if is_motion(factor))
+    enters = entries(graph)
+    sights = tuple(
+        factor if factor.readings else told_at_entry(graph, factor, enters) for factor in graph.spline_factors
+    )
+    alone = replace(graph, pose_factors=motions, spline_factors=sights)
+    check_anchored(alone)
+    return alone
+
+
+def told_at_entry(graph: Graph, factor: SplineFactor, enters: Int[np.ndarray, "N"]) -> SplineFactor:
+    """The same residual at the starting values, seen from the pose with which the last of its control points enters."""
+    held = slice(factor.first, factor.first + factor.A.shape[1] // 2)
+    pose, points = int(enters[held].max()), graph.control_points[held]
+    turn = se2.rotation(graph.poses[pose, 2] - graph.poses[factor.pose, 2])
+    A = (factor.A.reshape(-1, len(points), 2) @ turn).reshape(factor.A.shape)
+    q = se2.transform(se2.inverse(graph.poses[pose]), points)
+    residual = factor.residual(graph.poses[factor.pose], points)
+    return replace(factor, pose=pose, A=A, b=A @ q.ravel() - residual)
