@@ -29,5 +29,12 @@ class SolverError(SplineSlamError):
     """The optimiser cannot continue, and why."""
 
 
+class LocalMapError(SplineSlamError):
+    """Local maps to be joined cannot be read: `maps.npz: P3 is not symmetric`."""
+
+    def __init__(self, path: str | Path, rule: str) -> None:
+        super().__init__(f"{Path(path).name}: {rule}")
+
+
 class Cancelled(SplineSlamError):
     """A long job was stopped by its user; what was done before stands."""

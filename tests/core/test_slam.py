@@ -68,6 +68,17 @@ def test_every_back_end_optimises_a_snapshot(three_splines: ScanLog, result: Sla
     assert absolute_error(three_splines, after.poses).max() < (0.01 if name != "pose_graph" else 0.05)
 
 
+def test_direct_and_islsjf_agree_on_three_splines(three_splines: ScanLog, result: SlamResult) -> None:
+    config = SlamConfig()
+    config = replace(config, adjustment=replace(config.adjustment, gates=(0.08,)))
+    direct = adjust(three_splines, result.snapshot, config, "direct").estimate
+    joined = adjust(three_splines, result.snapshot, config, "islsjf").estimate
+    assert direct is not None
+    assert joined is not None
+    np.testing.assert_allclose(direct.poses, joined.poses, atol=1e-6)
+    np.testing.assert_allclose(direct.control_points, joined.control_points, atol=1e-6)
+
+
 def test_covariances_come_on_request(result: SlamResult) -> None:
     last = len(result.snapshot.steps) - 1
     spline = result.snapshot.map.splines[0]

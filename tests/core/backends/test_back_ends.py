@@ -186,7 +186,7 @@ def test_the_cost_is_half_the_robust_squares(world, name):
     ] + [prior.residual(graph.control_points[prior.first :][:8]) for prior in graph.shape_priors]
     cost = 0.0 if name == "pose_graph" else sum(float(e @ e) for e in squares)
     cost += sum(float(e @ e) for prior in graph.pose_priors for e in [prior.residual(graph.poses[prior.pose])])
-    for factor in graph.pose_factors:
+    for factor in () if name == "idmj" else graph.pose_factors:
         e = factor.residual(graph.poses[factor.i], graph.poses[factor.j])
         c = np.inf if factor.kernel is None else factor.kernel
         cost += float(e @ e) if np.isinf(c) else float(c**2 * np.log1p(e @ e / c**2))
