@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 from bspline_slam import se2
 from bspline_slam.association import Association
 from bspline_slam.backends import ONE_PASS, Stopping, back_end, solve_control_points
+from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled
@@ -388,11 +389,13 @@ def adjust_splines(
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))
 
-        def note(record: IterationRecord, number: int = number) -> None:
-            records.append(replace(record, index=len(records)))
-            progress((number + min(record.index, 5) / 6) / len(config.gates), records[-1])
-
         last = number + 1 == len(config.gates)
+        steps = records_of(len(keys)) if last and name in ONE_PASS else 6
+
+        def note(record: IterationRecord, number: int = number, steps: int = steps) -> None:
+            records.append(replace(record, index=len(records)))
+            progress((number + min(record.index, steps - 1) / steps) / len(config.gates), records[-1])
+
         solver = back_end(name) if last else back_end("direct" if name in ONE_PASS else name, ROUGHLY)
         estimate = solver.solve(graph, progress=note, cancelled=cancelled)
         poses, splines = estimate.poses, with_estimate(splines, estimate)

@@ -19,13 +19,23 @@ RECORDS = 100
 """Key scans that leave a record, at most; on longer logs only every n-th does."""
 
 
+def between_records(key_scans: int) -> int:
+    """Every how many key scans leave a record."""
+    return -(-key_scans // RECORDS)
+
+
+def records_of(key_scans: int) -> int:
+    """How many records a pass over that many key scans leaves, that of the start included."""
+    return 1 + -(-key_scans // between_records(key_scans))
+
+
 class Watch:
     """Makes the records of one pass. Costs are ½Σρ of the whole graph, the key scans to come carried along."""
 
     def __init__(self, graph: Graph, curves: CurveTerms, edges: EdgeTerms, progress: Progress) -> None:
         self._graph, self._curves, self._edges, self._progress = graph, curves, edges, progress
         self._began = perf_counter()
-        self._every = -(-len(graph.poses) // RECORDS)
+        self._every = between_records(len(graph.poses))
         self.records: list[IterationRecord] = []
         self._add(State(graph.poses, graph.control_points))
         if not np.isfinite(self.records[0].cost):
