@@ -26,7 +26,7 @@ from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph
 
-RELINEARISE = 3e-4
+RELINEARISE = 1e-3
 """Move (m, rad) of an unknown beyond which its factors are linearised anew."""
 SETTLED = 1e-5
 """Largest move (m, rad) of an update after which nothing is left to settle."""
