@@ -1,4 +1,4 @@
-"""The command line: view, run, evaluate, simulate, join. Everything that prints is here."""
+"""The command line: view, run, evaluate, simulate, consistency. Everything that prints is here."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def parser() -> argparse.ArgumentParser:
     _add_run(commands.add_parser("run", help="process a log without a display and write trajectory, map and report"))
     _add_evaluate(commands.add_parser("evaluate", help="score a written trajectory"))
     _add_simulate(commands.add_parser("simulate", help="drive a simulated robot through a world and write its log"))
-    _add_join(commands.add_parser("join", help="join local point-feature maps made elsewhere into one"))
+    _add_consistency(commands.add_parser("consistency", help="simulate many runs and hold errors against covariances"))
     return top
 
 
@@ -92,11 +92,20 @@ def _add_simulate(command: argparse.ArgumentParser) -> None:
     command.set_defaults(command=simulate)
 
 
-def _add_join(command: argparse.ArgumentParser) -> None:
-    command.add_argument("maps", type=Path, help="local maps, .npz: x0, P0, id0, x1, …")
-    command.add_argument("--out", type=Path, required=True, help="folder for joint.npz; made when missing")
+def _add_consistency(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--runs", type=int, default=100, help="of each experiment (default: %(default)s)")
+    for option, default, meaning in (
+        ("--world", ["three_splines", "corridor"], "worlds to drive through, by name or file"),
+        ("--model", ["normal-distance"], "observation models: normal-distance, chord-length"),
+        ("--backend", ["direct"], "estimators to compare"),
+        ("--association", ["truth", "automatic"], "who says which beam met which curve: truth, automatic"),
+    ):
+        given = f"{meaning} (default: {' '.join(default)})"
+        command.add_argument(option, nargs="+", metavar="NAME", default=default, help=given)
+    command.add_argument("--out", type=Path, help="folder for table, JSON and drawing; made when missing")
+    command.add_argument("--seed", type=int, default=0, help="of all noise (default: %(default)s)")
     command.add_argument("--json", action="store_true", help="print the figures as JSON")
-    command.set_defaults(command=join)
+    command.set_defaults(command=consistency)
 
 
 def view(options: argparse.Namespace) -> None:
@@ -177,13 +186,16 @@ def simulate(options: argparse.Namespace) -> None:
     print(*written, sep="\n")
 
 
-def join(options: argparse.Namespace) -> None:
-    """Join local maps and write the joint one."""
-    from splinescope.join import join_and_write, joined_text
+def consistency(options: argparse.Namespace) -> None:
+    """Print how honest covariances are, as a table or as JSON."""
+    from splinescope import consistency as study
 
+    wanted = study.experiments(options.world, options.model, options.backend, options.association)
     with cancelled_by_interrupt() as cancelled, progress_line() as progress:
-        figures = join_and_write(options.maps, options.out, progress=progress, cancelled=cancelled)
-    print(json.dumps(figures, indent=2) if options.json else joined_text(figures, options.out))
+        rows = study.run_experiments(wanted, options.runs, options.seed, progress, cancelled)
+    if options.out:
+        study.write_results(rows, options.out, study.command_of(wanted, options.runs, options.seed))
+    print(json.dumps(study.figures(rows), indent=2) if options.json else study.table(rows))
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from bspline_slam.errors import ConfigError
 from bspline_slam.export.logs import WRITERS, log_suffix, truth_path, write_truth
 from bspline_slam.lab.world import Laser, World
 from bspline_slam.lab.world_file import open_world
-from bspline_slam.scan import LaserScan, Records, increasing_times, interpolate_poses
+from bspline_slam.scan import LaserScan, Records, increasing_times, index_at, interpolate_poses
 
 START = 1259712000.0
 """Stamp of the first record (s): a plausible clock, because zero means "no time" to many tools."""
@@ -54,6 +54,11 @@ class OdometryModel:
             factor * self.turn_noise,
         )
 
+    def noise_covariance(self, way: float) -> Float[np.ndarray, "3 3"]:
+        """Covariance of the random part of one step over `way` metres, (along, across, turn)."""
+        deviations = np.array([self.translation_noise, 0.25 * self.translation_noise, self.turn_noise])
+        return np.diag(deviations**2 * way)
+
     def drift(self, truth: Float[np.ndarray, "n 3"], rng: np.random.Generator) -> Float[np.ndarray, "n 3"]:
         """The path that odometry reports for a true path, in a frame of its own that starts at (0, 0, 0)."""
         steps = se2.between(truth[:-1], truth[1:])
@@ -71,12 +76,16 @@ class OdometryModel:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SimulatedLog:
-    """A ScanLog in memory, with the true pose of the robot at every record (world frame)."""
+    """A ScanLog in memory, with the true pose of the robot at every record (world frame).
+
+    `shapes` has one array per scan: the shape of the world that each beam met, −1 for none (`World.hits`).
+    """
 
     name: str
     scans: tuple[LaserScan, ...]
     records: Records
     true_poses: Float[np.ndarray, "records 3"]
+    shapes: tuple[Int[np.ndarray, "_"], ...] = ()
 
     @property
     def scan_records(self) -> Int[np.ndarray, "scans"]:
@@ -123,8 +132,8 @@ class SimulatedLog:
         return iter(self.scans)
 
     def index_at(self, time: float) -> int:
-        """The scan nearest to a time on the increasing axis."""
-        return int(np.argmin(np.abs(self.times - time)))
+        """The latest scan at or before `time`; the first scan for earlier times."""
+        return index_at(self.times, time)
 
     def odometry_at(self, time: float) -> Float[np.ndarray, "3"] | None:
         odometry = self.records.odometry
@@ -138,13 +147,14 @@ def simulate(
     noise: float = 0.012,
     bearing_noise: float = 1e-3,
     resolution: float | None = None,
+    odometry: OdometryModel = OdometryModel(),
     odometry_noise: float = 1.0,
     progress: Progress = silent,
 ) -> SimulatedLog:
     """Drive through the world once; a record of odometry lies half-way between any two scans.
 
     `noise` (m) and `bearing_noise` (rad) are standard deviations per beam, `resolution` (rad) replaces the angle
-    between beams that the world's laser has, and `odometry_noise` multiplies every error of the OdometryModel.
+    between beams that the world's laser has, and `odometry_noise` multiplies every error of `odometry`.
     Scans and odometry draw from streams of their own, so changing one leaves the other as it was.
     """
     scan_rng, odometry_rng = rng.spawn(2)
@@ -153,9 +163,9 @@ def simulate(
     stamps = np.round(START + elapsed, 6)
     scan_of_record = np.where(np.arange(len(stamps)) % 2 == 0, np.arange(len(stamps)) // 2, -1)
     total = (len(stamps) + 1) // 2
-    scans = []
+    scans, shapes = [], []
     for index in range(total):
-        ranges = measure(world, laser, truth[2 * index], scan_rng, noise, bearing_noise)
+        ranges, met = measure(world, laser, truth[2 * index], scan_rng, noise, bearing_noise)
         scans.append(
             LaserScan(
                 index=index,
@@ -167,10 +177,11 @@ def simulate(
                 pose_robot_sensor=laser.pose_robot_sensor,
             )
         )
+        shapes.append(met)
         progress(index + 1, total)
-    odometry = OdometryModel().scaled(odometry_noise).drift(truth, odometry_rng)
-    records = Records(stamps, increasing_times(stamps), odometry, scan_of_record)
-    return SimulatedLog(world.name, tuple(scans), records, truth)
+    reported = odometry.scaled(odometry_noise).drift(truth, odometry_rng)
+    records = Records(stamps, increasing_times(stamps), reported, scan_of_record)
+    return SimulatedLog(world.name, tuple(scans), records, truth, tuple(shapes))
 
 
 def measure(
@@ -180,14 +191,16 @@ def measure(
     rng: np.random.Generator,
     noise: float,
     bearing_noise: float,
-) -> Float[np.ndarray, "beams"]:
-    """Ranges of one scan (m), in steps of 1 cm; +inf where nothing lies inside the range of the laser."""
+) -> tuple[Float[np.ndarray, "beams"], Int[np.ndarray, "beams"]]:
+    """Ranges of one scan (m), in steps of 1 cm, and the shapes met; +inf and −1 where nothing lies inside the range of
+    the laser."""
     sensor = se2.compose(pose_world_robot, laser.pose_robot_sensor)
     angle = sensor[2] + laser.bearings + bearing_noise * rng.standard_normal(len(laser.bearings))
-    ranges = world.cast(sensor[:2], np.stack([np.cos(angle), np.sin(angle)], -1))
+    ranges, shapes = world.hits(sensor[:2], np.stack([np.cos(angle), np.sin(angle)], -1))
     ranges += noise * rng.standard_normal(len(ranges))
     ranges = np.round(ranges / QUANTUM) * QUANTUM
-    return np.where(ranges < laser.range_max, np.maximum(ranges, laser.range_min), np.inf)
+    seen = ranges < laser.range_max
+    return np.where(seen, np.maximum(ranges, laser.range_min), np.inf), np.where(seen, shapes, -1)
 
 
 def simulate_to_file(

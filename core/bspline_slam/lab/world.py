@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from bspline_slam.bspline import BSpline
 from bspline_slam.lab.drive import Drive
@@ -53,36 +53,57 @@ class World:
 
     def cast(self, origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
         """Exact distance to the first thing along each ray; +inf where there is none. Directions are unit vectors."""
-        reach = np.minimum(line_ranges(self.lines, origin, directions), arc_ranges(self.arcs, origin, directions))
-        for spline in self.splines:
-            seen = box_ranges(spline.control_points, origin, directions) < reach
-            if seen.any():
-                hits, _ = spline.ray_hits(origin, directions[seen])
-                reach[seen] = np.fmin(reach[seen], hits)
-        return reach
+        return self.hits(origin, directions)[0]
+
+    def hits(
+        self, origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
+    ) -> tuple[Float[np.ndarray, "m"], Int[np.ndarray, "m"]]:
+        """The distances of `cast`, and the shape that each ray meets: lines are counted first, then arcs, then
+        splines; −1 for none."""
+        lines, arcs = _line_table(self.lines, origin, directions), _arc_table(self.arcs, origin, directions)
+        table = np.concatenate([lines, arcs, np.full((len(directions), 1), np.inf)], axis=1)
+        shape = table.argmin(axis=1)
+        reach = np.take_along_axis(table, shape[:, None], axis=1)[:, 0]
+        for number, spline in enumerate(self.splines, len(self.lines) + len(self.arcs)):
+            seen = np.flatnonzero(box_ranges(spline.control_points, origin, directions) < reach)
+            if len(seen):
+                met, _ = spline.ray_hits(origin, directions[seen])
+                nearer = seen[met < reach[seen]]
+                reach[seen], shape[nearer] = np.fmin(reach[seen], met), number
+        return reach, np.where(np.isfinite(reach), shape, -1)
 
 
 def line_ranges(
     lines: Float[np.ndarray, "l 2 2"], origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
 ) -> Float[np.ndarray, "m"]:
-    """Distance along each ray u to the nearest line a + s·d, 0 ≤ s ≤ 1: solves o + t·u = a + s·d by cross products."""
-    if len(lines) == 0:
-        return np.full(len(directions), np.inf)
+    """Distance along each ray u to the nearest line; +inf where there is none."""
+    return _line_table(lines, origin, directions).min(axis=1, initial=np.inf)
+
+
+def _line_table(
+    lines: Float[np.ndarray, "l 2 2"], origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
+) -> Float[np.ndarray, "m l"]:
+    """Distance along each ray u to each line a + s·d, 0 ≤ s ≤ 1: solves o + t·u = a + s·d by cross products."""
     off, along = lines[:, 0] - origin, lines[:, 1] - lines[:, 0]
     turn = directions @ _crossed(along).T
     with np.errstate(divide="ignore", invalid="ignore"):
         t = (off * _crossed(along)).sum(1) / turn
         s = directions @ _crossed(-off).T / turn
     hit = (turn != 0) & (t > NEAREST) & (s >= -ON_THE_END) & (s <= 1 + ON_THE_END)
-    return np.where(hit, t, np.inf).min(axis=1)
+    return np.where(hit, t, np.inf)
 
 
 def arc_ranges(
     arcs: Float[np.ndarray, "a 5"], origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
 ) -> Float[np.ndarray, "m"]:
-    """Distance along each ray to the nearest arc: the roots of |o + t·u − c|² = r² whose angle lies in the sweep."""
-    if len(arcs) == 0:
-        return np.full(len(directions), np.inf)
+    """Distance along each ray to the nearest arc; +inf where there is none."""
+    return _arc_table(arcs, origin, directions).min(axis=1, initial=np.inf)
+
+
+def _arc_table(
+    arcs: Float[np.ndarray, "a 5"], origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
+) -> Float[np.ndarray, "m a"]:
+    """Distance along each ray to each arc: the roots of |o + t·u − c|² = r² whose angle lies in the sweep."""
     off, radius = origin - arcs[:, :2], arcs[:, 2]
     half = directions @ off.T
     under_root = half**2 - (off**2).sum(1) + radius**2
@@ -93,7 +114,7 @@ def arc_ranges(
         end = off[arc] + t[:, None] * directions[ray]
         hit = (t > NEAREST) & _in_sweep(np.arctan2(end[:, 1], end[:, 0]), arcs[arc])
         reach[ray[hit], arc[hit]] = t[hit]
-    return reach.min(axis=1)
+    return reach
 
 
 def _in_sweep(angle: Float[np.ndarray, "n"], arcs: Float[np.ndarray, "n 5"]) -> Bool[np.ndarray, "n"]:

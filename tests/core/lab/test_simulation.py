@@ -57,7 +57,7 @@ def test_range_noise_has_the_deviation_that_was_asked_for() -> None:
     drive = '"drive": {"way_points": [[0, 0], [0.1, 0], [0.2, 0], [0.3, 0]]}'
     world = parse_world(f'{{"laser": {{}}, {drive}, "shapes": [{circle}]}}', "circle.json")
     rng = np.random.default_rng(7)
-    ranges = np.concatenate([measure(world, world.laser, np.zeros(3), rng, 0.05, 0.01) for _ in range(50)])
+    ranges = np.concatenate([measure(world, world.laser, np.zeros(3), rng, 0.05, 0.01)[0] for _ in range(50)])
     assert np.mean(ranges) == pytest.approx(3.0, abs=4 * 0.05 / np.sqrt(len(ranges)))
     assert np.std(ranges) == pytest.approx(np.hypot(0.05, 0.01 / np.sqrt(12)), rel=0.04)
 
@@ -69,7 +69,7 @@ def test_bearing_noise_moves_the_beam_along_a_slanting_wall() -> None:
     slant = np.radians(45.0)
     laser = replace(world.laser, field_of_view=2 * slant, resolution=2 * slant)
     rng = np.random.default_rng(8)
-    ranges = np.concatenate([measure(world, laser, np.zeros(3), rng, 0.0, 0.01) for _ in range(4000)])
+    ranges = np.concatenate([measure(world, laser, np.zeros(3), rng, 0.0, 0.01)[0] for _ in range(4000)])
     expected = 2 / np.cos(slant) * np.tan(slant) * 0.01
     assert np.std(ranges) == pytest.approx(expected, rel=0.06)
 
@@ -132,7 +132,12 @@ def test_a_file_comes_with_its_truth_and_the_same_seed_makes_the_same_bytes(tmp_
 @pytest.mark.parametrize(
     ("world", "out", "options", "words"),
     [
-        ("atrium", "a.log", {}, "no world or world file called atrium; the built-in worlds are office, three_splines"),
+        (
+            "atrium",
+            "a.log",
+            {},
+            "no world or world file called atrium; the built-in worlds are corridor, office, three_splines",
+        ),
         ("three_splines", "a.csv", {}, "a.csv: a log can be written as .log, .log.gz, .mcap, not as .csv"),
         ("three_splines", "a.log", {"noise": -0.1}, "noise must"),
         ("three_splines", "a.log", {"odometry_noise": float("nan")}, "odometry noise must"),

@@ -14,7 +14,7 @@ from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.lab.world import World, arc_ranges, box_ranges, line_ranges
 from bspline_slam.lab.world_file import open_world
 
-WORLDS = ["office", "three_splines"]
+WORLDS = ["corridor", "office", "three_splines"]
 
 
 def fan(count: int, offset: float = 0.0) -> Float[np.ndarray, "m 2"]:

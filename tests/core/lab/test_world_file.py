@@ -76,7 +76,7 @@ def test_the_laser_and_the_drive_are_taken_over_in_radians() -> None:
 
 
 def test_worlds_open_by_name_and_by_path(tmp_path: Path) -> None:
-    assert built_in_worlds() == ("office", "three_splines")
+    assert built_in_worlds() == ("corridor", "office", "three_splines")
     assert len(open_world("three_splines").splines) == 3
     own = tmp_path / "own.json"
     own.write_text(json.dumps({"laser": {}, "drive": DRIVE, "shapes": [CIRCLE]}))
