@@ -1,4 +1,4 @@
-"""The command line: view, run, evaluate, simulate, consistency. Everything that prints is here."""
+"""The command line: view, run, evaluate, simulate, join, consistency. Everything that prints is here."""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ def parser() -> argparse.ArgumentParser:
     _add_run(commands.add_parser("run", help="process a log without a display and write trajectory, map and report"))
     _add_evaluate(commands.add_parser("evaluate", help="score a written trajectory"))
     _add_simulate(commands.add_parser("simulate", help="drive a simulated robot through a world and write its log"))
+    _add_join(commands.add_parser("join", help="join local point-feature maps made elsewhere into one"))
     _add_consistency(commands.add_parser("consistency", help="simulate many runs and hold errors against covariances"))
     return top
 
@@ -66,7 +67,7 @@ def _add_view(command: argparse.ArgumentParser) -> None:
 def _add_run(command: argparse.ArgumentParser) -> None:
     command.add_argument("log", help="a log, or the name of a sample")
     command.add_argument("--out", type=Path, required=True, help="folder for the results; made when missing")
-    command.add_argument("--backend", help="solver: direct, sam or pose_graph")
+    command.add_argument("--backend", help="solver: direct, sam, isam2, islsjf, ekf, bs_slam, idmj or pose_graph")
     command.add_argument("--model", help="observation model: normal-distance or chord-length")
     command.add_argument("--config", type=Path, help="configuration, .json or .toml; a written report.json has it all")
     command.set_defaults(command=run)
@@ -90,6 +91,13 @@ def _add_simulate(command: argparse.ArgumentParser) -> None:
         "--odometry-noise", type=float, default=1.0, help="factor on its errors (default: %(default)s)"
     )
     command.set_defaults(command=simulate)
+
+
+def _add_join(command: argparse.ArgumentParser) -> None:
+    command.add_argument("maps", type=Path, help="local maps, .npz: x0, P0, id0, x1, …")
+    command.add_argument("--out", type=Path, required=True, help="folder for joint.npz; made when missing")
+    command.add_argument("--json", action="store_true", help="print the figures as JSON")
+    command.set_defaults(command=join)
 
 
 def _add_consistency(command: argparse.ArgumentParser) -> None:
@@ -184,6 +192,15 @@ def simulate(options: argparse.Namespace) -> None:
             progress=lambda done, total: progress("Simulating scans", done / total),
         )
     print(*written, sep="\n")
+
+
+def join(options: argparse.Namespace) -> None:
+    """Join local maps and write the joint one."""
+    from splinescope.join import join_and_write, joined_text
+
+    with cancelled_by_interrupt() as cancelled, progress_line() as progress:
+        figures = join_and_write(options.maps, options.out, progress=progress, cancelled=cancelled)
+    print(json.dumps(figures, indent=2) if options.json else joined_text(figures, options.out))
 
 
 def consistency(options: argparse.Namespace) -> None:
