@@ -37,6 +37,10 @@ HOLD = 1e-2
 """Information (per m² or rad²) that holds each step, so that rounding moves nothing along what features leave open."""
 
 
+PATIENT = Stopping(iterations=1000)
+"""Some parts of a map hang together by little else than odometry; without it their steps shrink slowly."""
+
+
 class Idmj:
     """Least squares on relative feature information, then the poses in that map.
 
@@ -47,7 +51,7 @@ class Idmj:
     name = "idmj"
 
     def __init__(self, stopping: Stopping | None = None) -> None:
-        self.stopping = stopping or Stopping()
+        self.stopping = stopping or PATIENT
 
     def solve(self, graph: Graph, *, progress: Progress = silent, cancelled: Cancelling = never) -> Estimate:
         """The optimum of the map. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
