@@ -1,9 +1,9 @@
 """Incremental smoothing with gtsam's ISAM2: the factors of `sam`, fed key scan by key scan.
 
-Each key scan adds its factors to the Bayes tree, which eliminates anew only what they touch and linearises anew only
-what has moved by more than `RELINEARISE`. After the last one a few updates without new factors let the rest settle;
-the result lies within a millimetre of the batch optimum. Loop closures enter with their later pose. Like `sam`, it
-holds Python's lock while gtsam eliminates.
+Each key scan adds its factors to the Bayes tree, which eliminates anew only what they touch; every `EVERY` key scans
+it linearises anew what has moved by more than `RELINEARISE`. After the last one a few updates without new factors let
+the rest settle; the result lies within a millimetre of the batch optimum. Loop closures enter with their later pose.
+Like `sam`, it holds Python's lock while gtsam eliminates.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ from bspline_slam.graph import Graph
 
 RELINEARISE = 1e-3
 """Move (m, rad) of an unknown beyond which its factors are linearised anew."""
+EVERY = 10
+"""Key scans from one look for such moves to the next: each is dear, for the factors are Python's."""
 SETTLED = 1e-5
 """Largest move (m, rad) of an update after which nothing is left to settle."""
 SETTLING = 10
@@ -71,7 +73,7 @@ class Smoother:
         parameters = gtsam.ISAM2Params()
         parameters.setOptimizationParams(gtsam.ISAM2GaussNewtonParams(SETTLED))
         parameters.setRelinearizeThreshold(RELINEARISE)
-        parameters.relinearizeSkip = 1
+        parameters.relinearizeSkip = EVERY
         parameters.setFactorization("QR")
         self._tree = gtsam.ISAM2(parameters)
 
@@ -103,7 +105,7 @@ class Smoother:
         for _ in range(SETTLING):
             if cancelled():
                 raise Cancelled("the optimisation was cancelled while the map settled")
-            self._update(gtsam.NonlinearFactorGraph(), gtsam.Values())
+            self._update(gtsam.NonlinearFactorGraph(), gtsam.Values(), relinearise=True)
             after = self.state(len(self.graph.poses))
             turned = after.poses - before.poses
             turned[:, 2] = se2.wrap(turned[:, 2])
@@ -122,8 +124,8 @@ class Smoother:
             points[k] = values.atVector(n + k)
         return State(poses, points)
 
-    def _update(self, factors: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> None:
+    def _update(self, factors: gtsam.NonlinearFactorGraph, values: gtsam.Values, *, relinearise: bool = False) -> None:
         try:
-            self._tree.update(factors, values)
+            self._tree.update(factors, values, force_relinearize=relinearise)
         except RuntimeError as error:
             raise SolverError(f"gtsam cannot eliminate the problem: {str(error).strip()}") from error
