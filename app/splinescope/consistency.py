@@ -228,16 +228,17 @@ def _name(experiment: Experiment) -> str:
 def _cells(row: Row) -> tuple[str, ...]:
     e = row.experiment
     errors = f"{1e3 * row.position_error:.1f} mm" if math.isfinite(row.position_error) else "–"
-    measured = [_cell(figure) for figure in (row.pose, row.curve, row.nis, row.chi2)]
+    measured = [*(_cell(figure) for figure in (row.pose, row.curve, row.nis)), _cell(row.chi2, digits=3)]
     return (e.world, e.model, e.back_end, e.association, str(row.runs), *measured, _share(row.coverage), errors)
 
 
-def _cell(figure: Figure) -> str:
+def _cell(figure: Figure, digits: int = 2) -> str:
     """`0.97 (0.85–1.17)`, with a ✗ where it lies outside."""
     if not math.isfinite(figure.value):
         return "–"
-    value = f"{figure.value:.3g}" if figure.value >= 10 else f"{figure.value:.2f}"
-    return f"{value} ({figure.band[0]:.2f}–{figure.band[1]:.2f}){'' if figure.inside else ' ✗'}"
+    value = f"{figure.value:.3g}" if figure.value >= 10 else f"{figure.value:.{digits}f}"
+    low, high = (f"{edge:.{digits}f}" for edge in figure.band)
+    return f"{value} ({low}–{high}){'' if figure.inside else ' ✗'}"
 
 
 def _share(figure: Figure) -> str:
