@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION
 from bspline_slam.backends.protocol import Estimate
-from bspline_slam.graph import Graph, SplineFactor
+from bspline_slam.graph import Beams, Graph, SplineFactor
 
 Matrices = list[Float[np.ndarray, "_ _"]]
 
@@ -88,4 +88,19 @@ def without_last_pose(estimate: Estimate) -> Graph:
         spline_factors=tuple(factor for factor in graph.spline_factors if factor.pose != last),
         pose_factors=tuple(edge for edge in graph.pose_factors if last not in (edge.i, edge.j)),
         pose_priors=tuple(prior for prior in graph.pose_priors if prior.pose != last),
+        beams=None if graph.beams is None else _beams_of_others(graph.beams, last),
+    )
+
+
+def _beams_of_others(beams: Beams, pose: int) -> Beams:
+    kept = beams.pose != pose
+    return Beams(
+        beams.pose[kept],
+        beams.spline[kept],
+        beams.origins[kept],
+        beams.directions[kept],
+        beams.ranges[kept],
+        beams.parameters[kept],
+        beams.sigma[kept],
+        beams.curves,
     )

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bspline_slam.backends import BACK_ENDS
 from bspline_slam.errors import Cancelled
 from bspline_slam.lab.consistency import ASSOCIATIONS, Experiment, RunErrors, run_once
 from bspline_slam.lab.consistency_table import summarise
@@ -65,6 +66,13 @@ def test_the_published_model_is_sure_of_what_it_does_not_know() -> None:
     run = run_once(experiment, np.random.default_rng(2))
     tangent_free = run_once(replace(experiment, model="normal-distance"), np.random.default_rng(2))
     assert run.position_error > 2 * tangent_free.position_error
+
+
+@pytest.mark.parametrize("back_end", [name for name in BACK_ENDS if name != "pose_graph"])
+def test_every_back_end_can_be_put_to_the_test(back_end: str) -> None:
+    run = run_once(Experiment("corridor", back_end=back_end), np.random.default_rng(1))
+    assert np.all(np.isfinite(run.pose_nees)) and np.all(run.pose_nees >= 0.0)
+    assert run.curve_dof > 10 and np.isfinite(run.curve_nees)
 
 
 def test_a_run_can_be_cancelled() -> None:
