@@ -52,6 +52,7 @@ def parser() -> argparse.ArgumentParser:
     _add_simulate(commands.add_parser("simulate", help="drive a simulated robot through a world and write its log"))
     _add_join(commands.add_parser("join", help="join local point-feature maps made elsewhere into one"))
     _add_consistency(commands.add_parser("consistency", help="simulate many runs and hold errors against covariances"))
+    _add_reproduce(commands.add_parser("reproduce", help="do the experiments of the paper again: figures and a table"))
     return top
 
 
@@ -114,6 +115,14 @@ def _add_consistency(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", type=int, default=0, help="of all noise (default: %(default)s)")
     command.add_argument("--json", action="store_true", help="print the figures as JSON")
     command.set_defaults(command=consistency)
+
+
+def _add_reproduce(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--out", type=Path, default=Path("reproduction"), help="folder for SVG, PNG and JSON (default: %(default)s)"
+    )
+    command.add_argument("--figure", type=int, metavar="N", help="only this figure of the paper, 1 to 7")
+    command.set_defaults(command=reproduce)
 
 
 def view(options: argparse.Namespace) -> None:
@@ -213,6 +222,13 @@ def consistency(options: argparse.Namespace) -> None:
     if options.out:
         study.write_results(rows, options.out, study.command_of(wanted, options.runs, options.seed))
     print(json.dumps(study.figures(rows), indent=2) if options.json else study.table(rows))
+
+
+def reproduce(options: argparse.Namespace) -> None:
+    """Draw the figures of the paper from experiments done now, and print what they say."""
+    from splinescope.reproduce import reproduce_and_describe
+
+    print(reproduce_and_describe(options.out, options.figure))
 
 
 @contextmanager
