@@ -58,7 +58,9 @@ export function coverBottom(pixels) {
 export function zoom(factor) {
   if (!locked) return;
   wanted = null;
-  locked.dollyTo(Math.min(locked.distance / factor, viewer().configuredMaxOrbitDistance), true);
+  // From where the camera is going, not from where it is: two quick presses zoom twice.
+  const { radius } = locked.getSpherical({ copy: (end) => end });
+  locked.dollyTo(Math.min(radius / factor, viewer().configuredMaxOrbitDistance), true);
 }
 
 function lock(controls) {

@@ -15,8 +15,8 @@ from bspline_slam import se2
 class MotionConfig:
     """Noise that odometry starts with, per step (m and rad; shares of distance and turn), and how bias is learnt.
 
-    `trust` is the weight, in squared metres or radians of motion, of the belief that odometry has no bias;
-    `memory` the share of what was learnt that survives a step.
+    `guess_…` is the noise of a step that no odometry tells of. `trust` is the weight, in squared metres or radians of
+    motion, of the belief that odometry has no bias; `memory` the share of what was learnt that survives a step.
     """
 
     position: float = 0.02
@@ -24,6 +24,8 @@ class MotionConfig:
     heading: float = 0.02
     heading_per_metre: float = 0.05
     heading_per_radian: float = 0.1
+    guess_position: float = 0.3
+    guess_heading: float = 0.3
     trust: float = 0.3
     memory: float = 0.995
     least_steps: int = 10
@@ -68,6 +70,11 @@ def step_information(step: Float[np.ndarray, "3"], config: MotionConfig) -> Floa
     along = config.position + config.position_per_metre * distance + 0.05 * turn
     heading = config.heading + config.heading_per_metre * distance + config.heading_per_radian * turn
     return np.diag([along**-2, along**-2, heading**-2])
+
+
+def guess_information(config: MotionConfig) -> Float[np.ndarray, "3 3"]:
+    """Information matrix (x, y, θ) of a step guessed without odometry."""
+    return np.diag([config.guess_position**-2, config.guess_position**-2, config.guess_heading**-2])
 
 
 def guesses(

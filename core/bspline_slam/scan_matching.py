@@ -20,7 +20,8 @@ from bspline_slam.segmentation import SegmentationConfig, breakpoints
 class MatchingConfig:
     """Search window, field and refinement (m, rad).
 
-    `pull` is the correlation that a guess at the rim of the window has to win against one at its centre.
+    `wide_…` is the window where no odometry tells where to look. `pull` is the correlation that a guess at the rim of
+    the window has to win against one at its centre.
     """
 
     cell: float = 0.05
@@ -28,6 +29,8 @@ class MatchingConfig:
     thinning: float = 0.06
     reach: float = 0.4
     turn: float = np.deg2rad(12.0)
+    wide_reach: float = 0.6
+    wide_turn: float = np.deg2rad(35.0)
     turn_step: float = np.deg2rad(0.5)
     pull: float = 0.1
     block: int = 4

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.graph import PoseFactor, square_root
-from bspline_slam.motion import MotionConfig, OdometryCalibration, guesses, step_information
+from bspline_slam.motion import MotionConfig, OdometryCalibration, guess_information, guesses, step_information
 from bspline_slam.scan import LaserScan
 from bspline_slam.scan_matching import (
     Match,
@@ -118,12 +118,13 @@ class Tracker:
             self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], predicted)))
             return Tracked(predicted, predicted, 1.0, lost=False, key=False)
 
-        match = self._refined(points, predicted, tries[0], self.matching.tracking_gates)
+        information = guess_information(self.motion) if step is None else step_information(tries[0], self.motion)
+        match = self._refined(points, predicted, information)
         key = self._is_key(match.pose) or self._is_key(predicted)
         lost = False
         blind = len(points.points) < self.config.lost_beams * len(scan.ranges)
-        if blind or self._far(tries[0]) or self._doubtful(match, predicted, tries[0]):
-            match = self._searched(points, previous, tries, predicted)
+        if blind or self._far(tries[0]) or self._doubtful(match, predicted, information):
+            match = self._searched(points, previous, tries, information, unknown=step is None)
             lost = blind or match.score < self.config.lost_score
         pose = predicted if lost else match.pose
         self._last_step = se2.between(previous, pose)
@@ -173,49 +174,41 @@ class Tracker:
         moved = se2.between(self.key_poses[-1], pose)
         return bool(np.hypot(moved[0], moved[1]) > self.config.distance or abs(moved[2]) > self.config.turn)
 
-    def _doubtful(self, match: Match, predicted: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]) -> bool:
+    def _doubtful(self, match: Match, predicted: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> bool:
         """Whether a match without search lies too far from its prediction, or too few beams support it."""
         off = se2.between(predicted, match.pose)
-        surprise = float(off @ step_information(step, self.motion) @ off)
+        surprise = float(off @ information @ off)
         return surprise > self.config.surprise or match.inliers < self.config.doubtful_inliers
 
-    def _information(self, guess: Float[np.ndarray, "3"], step: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-        turn = np.eye(3)
-        turn[:2, :2] = se2.rotation(guess[2])
-        return turn @ step_information(step, self.motion) @ turn.T
-
-    def _refined(
-        self,
-        points: PointSet,
-        guess: Float[np.ndarray, "3"],
-        step: Float[np.ndarray, "3"],
-        gates: tuple[float, ...],
-        score: float = 1.0,
-    ) -> Match:
-        information = self._information(guess, step)
+    def _refined(self, points: PointSet, guess: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> Match:
         return refine(
-            self.local_target(), points, guess, self.matching, score=score, prior_information=information, gates=gates
-        )
+            self.local_target(), points, guess, self.matching,
+            prior_information=turned(information, guess[2]), gates=self.matching.tracking_gates,
+        )  # fmt: skip
 
     def _searched(
         self,
         points: PointSet,
         previous: Float[np.ndarray, "3"],
         tries: tuple[Float[np.ndarray, "3"], ...],
-        predicted: Float[np.ndarray, "3"],
+        information: Float[np.ndarray, "3 3"],
+        *,
+        unknown: bool,
     ) -> Match:
+        """The best of searches around each guess of the step; in a wider window where no odometry tells of it."""
         if self._surroundings is None:
             self._surroundings = surroundings(self.local_target(), self.matching)
         place, config = self._surroundings, self.matching
-        best, guess, best_score = predicted, predicted, -1.0
+        reach, turn = (config.wide_reach, config.wide_turn) if unknown else (config.reach, config.turn)
+        best, guess, best_score = previous, previous, -1.0
         for step in tries:
             start = se2.compose(previous, step)
-            found, score = search(place.field, points, start, config, config.reach, config.turn)
+            found, score = search(place.field, points, start, config, reach, turn)
             if score > best_score + 0.02:
                 best, guess, best_score = found, start, score
             if best_score > self.config.good_score:
                 break
-        return settle(place, points, best, best_score, config, guess, self._information(best, tries[0]))
+        return settle(place, points, best, best_score, config, guess, turned(information, best[2]))
 
     def _insert(
         self,
@@ -249,13 +242,22 @@ class Tracker:
         i, j = len(self.keys) - 1, len(self.keys)
         out = []
         if wheels is not None or match is None:
-            step = moved if wheels is None else self.calibration.corrected(wheels, self.motion)
-            root = square_root(step_information(step, self.motion))
-            out.append(PoseFactor(i, j, step, root, "odometry"))
+            step, information = moved, guess_information(self.motion)
+            if wheels is not None:
+                step = self.calibration.corrected(wheels, self.motion)
+                information = step_information(step, self.motion)
+            out.append(PoseFactor(i, j, step, square_root(information), "odometry"))
         if match is not None:
             root = square_root(matched_information(match, self.config))
             out.append(PoseFactor(i, j, moved, root, "matching"))
         return out
+
+
+def turned(information: Float[np.ndarray, "3 3"], heading: float) -> Float[np.ndarray, "3 3"]:
+    """An information matrix of a pose with the frame of its position turned by `heading`."""
+    turn = np.eye(3)
+    turn[:2, :2] = se2.rotation(heading)
+    return turn @ information @ turn.T
 
 
 def carried_along(
@@ -282,8 +284,6 @@ def matched_information(match: Match, config: TrackingConfig) -> Float[np.ndarra
 
     Λ is the information of the beams, w `widening` and F the squared `floor`; written so that Λ may be singular.
     """
-    turn = np.eye(3)
-    turn[:2, :2] = se2.rotation(match.pose[2])
-    root = square_root(turn.T @ match.information @ turn)
+    root = square_root(turned(match.information, -match.pose[2]))
     floor = np.diag(np.square(config.floor))
     return root.T @ np.linalg.inv(config.widening * np.eye(3) + root @ floor @ root.T) @ root
