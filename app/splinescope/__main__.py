@@ -121,7 +121,7 @@ def _add_reproduce(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--out", type=Path, default=Path("reproduction"), help="folder for SVG, PNG and JSON (default: %(default)s)"
     )
-    command.add_argument("--figure", type=int, metavar="N", help="only this figure of the paper, 1 to 7")
+    command.add_argument("--figure", type=int, metavar="N", help="only this figure of the paper, 1 to 8")
     command.set_defaults(command=reproduce)
 
 

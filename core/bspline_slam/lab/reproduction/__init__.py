@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bspline_slam.errors import ConfigError
-from bspline_slam.lab.reproduction import clamped_cubic, invariance, relations, uncertainty
+from bspline_slam.lab.reproduction import clamped_cubic, invariance, relations, three_splines, uncertainty
 from bspline_slam.lab.reproduction.reproduced import Reproduced
 
 EXPERIMENTS: tuple[tuple[range, Callable[[Path], Reproduced]], ...] = (
@@ -14,6 +14,7 @@ EXPERIMENTS: tuple[tuple[range, Callable[[Path], Reproduced]], ...] = (
     (range(2, 4), invariance.reproduce),
     (range(4, 5), uncertainty.reproduce),
     (range(5, 8), relations.reproduce),
+    (range(8, 9), three_splines.reproduce),
 )
 """Numbers of the paper's figures, and what does them again."""
 

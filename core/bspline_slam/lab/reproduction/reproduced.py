@@ -46,7 +46,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     if isinstance(value, np.ndarray):
-        return np.round(value, 9).tolist()
+        return np.round(value.astype(float), 9).tolist()
     if isinstance(value, np.generic):
         return value.item()
     return value

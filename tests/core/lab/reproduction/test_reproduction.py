@@ -35,7 +35,9 @@ def test_the_cases_are_decided_as_they_were_made() -> None:
     assert min(shares.values()) == 1.0
 
 
-@pytest.mark.parametrize(("figure", "stems"), [(1, {"figure_1"}), (7, {"figure_5", "figure_6", "figure_7"})])
+@pytest.mark.parametrize(
+    ("figure", "stems"), [(1, {"figure_1"}), (7, {"figure_5", "figure_6", "figure_7"}), (8, {"figure_8"})]
+)
 def test_a_figure_is_drawn_twice_and_its_data_written(figure: int, stems: set[str], tmp_path: Path) -> None:
     (result,) = reproduce(tmp_path, figure)
     assert {path.stem for path in tmp_path.glob("*.svg")} == {path.stem for path in tmp_path.glob("*.png")} == stems
