@@ -41,7 +41,7 @@ function pressed(event) {
 
 // What was worked with the mouse gives the keys back to the map; who came by the keyboard stays.
 function clicked(event) {
-  if (event.detail > 0 && presses(event.target)) setTimeout(() => document.activeElement?.blur());
+  if (event.detail > 0 && presses(event.target)) document.activeElement?.blur(); // at once: a key may follow
 }
 
 let down = null;
