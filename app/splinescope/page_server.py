@@ -21,6 +21,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from bspline_slam.errors import ConfigError
+from splinescope.paths import static_folder
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::", "")
@@ -28,12 +29,6 @@ SCRIPT = """<link rel="stylesheet" href="static/style.css">
 <script>window.splinescope = { waiting: [], receive(topic, value) { this.waiting.push([topic, value]); } };</script>
 <script type="module" src="static/page.js"></script>
 </head>"""
-
-
-def static_root() -> Path:
-    """The folder of the page's own files: inside the installed package, else in the repository."""
-    packed = Path(__file__).parent / "static"
-    return packed if packed.is_dir() else Path(__file__).parents[2] / "static"
 
 
 def page_html(title: str) -> str:
@@ -110,8 +105,9 @@ def page_response(path: str, index: bytes) -> Response | None:
         return _response(http.HTTPStatus.OK, index, "text/html; charset=utf-8")
     if not path.startswith("/static/"):
         return None
-    file = (static_root() / path.removeprefix("/static/")).resolve()
-    if not (file.is_file() and file.is_relative_to(static_root().resolve())):
+    root = static_folder().resolve()
+    file = (root / path.removeprefix("/static/")).resolve()
+    if not (file.is_file() and file.is_relative_to(root)):
         return _response(http.HTTPStatus.NOT_FOUND, b"not found", "text/plain")
     kind = "text/javascript" if file.suffix == ".js" else mimetypes.guess_type(file.name)[0]
     return _response(http.HTTPStatus.OK, file.read_bytes(), kind or "application/octet-stream")
