@@ -121,7 +121,10 @@ def _add_reproduce(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--out", type=Path, default=Path("reproduction"), help="folder for SVG, PNG and JSON (default: %(default)s)"
     )
-    command.add_argument("--figure", type=int, metavar="N", help="only this figure of the paper, 1 to 8")
+    command.add_argument("--figure", type=int, metavar="N", help="only this figure of the paper, 1 to 9")
+    command.add_argument(
+        "--intel", metavar="PATH", help="the Intel log, which figure 9 is made from (or any other log)"
+    )
     command.set_defaults(command=reproduce)
 
 
@@ -226,9 +229,13 @@ def consistency(options: argparse.Namespace) -> None:
 
 def reproduce(options: argparse.Namespace) -> None:
     """Draw the figures of the paper from experiments done now, and print what they say."""
+    from splinescope.paths import find_log
     from splinescope.reproduce import reproduce_and_describe
 
-    print(reproduce_and_describe(options.out, options.figure))
+    log = find_log(options.intel) if options.intel else None
+    with cancelled_by_interrupt() as cancelled, progress_line() as progress:
+        described = reproduce_and_describe(options.out, options.figure, log, progress, cancelled)
+    print(described)
 
 
 @contextmanager

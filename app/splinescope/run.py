@@ -18,7 +18,7 @@ from bspline_slam.export.map_svg import map_to_svg
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, Snapshot, marginals, run_slam
+from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, marginals, run_slam
 from splinescope.report import report
 
 Progress = Callable[[str, float], None]
@@ -52,11 +52,7 @@ def run_and_write(
     with timed("reading", seconds):
         log = open_log(log_path, progress=lambda share: progress("Reading the log", share))
 
-    def watch(stage: str, share: float, _: IterationRecord | None) -> None:
-        if stage in STAGES:
-            progress(STAGES[stage], share)
-
-    result = run_slam(log, config, progress=watch, cancelled=cancelled)
+    result = run_slam(log, config, progress=in_words(progress), cancelled=cancelled)
     seconds |= result.seconds
     progress("Computing covariances", 0.0)
     with timed("covariances", seconds):
@@ -64,6 +60,16 @@ def run_and_write(
     if cancelled():
         raise Cancelled("cancelled before anything was written")
     return write_results(out, log, config, result.snapshot, covariances, seconds)
+
+
+def in_words(progress: Progress) -> StageProgress:
+    """Progress of the pipeline, told in words."""
+
+    def watch(stage: str, share: float, _: IterationRecord | None) -> None:
+        if stage in STAGES:
+            progress(STAGES[stage], share)
+
+    return watch
 
 
 def write_results(

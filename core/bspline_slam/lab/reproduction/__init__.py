@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from bspline_slam.backends.protocol import Cancelling, never
 from bspline_slam.errors import ConfigError
-from bspline_slam.lab.reproduction import clamped_cubic, invariance, relations, three_splines, uncertainty
+from bspline_slam.lab.reproduction import clamped_cubic, invariance, recorded, relations, three_splines, uncertainty
 from bspline_slam.lab.reproduction.reproduced import Reproduced
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import StageProgress, quiet
 
 EXPERIMENTS: tuple[tuple[range, Callable[[Path], Reproduced]], ...] = (
     (range(1, 2), clamped_cubic.reproduce),
@@ -17,12 +20,27 @@ EXPERIMENTS: tuple[tuple[range, Callable[[Path], Reproduced]], ...] = (
     (range(8, 9), three_splines.reproduce),
 )
 """Numbers of the paper's figures, and what does them again."""
+RECORDED = 9
+"""The figure that is made from a recorded log."""
 
 
-def reproduce(out: Path, figure: int | None = None) -> Sequence[Reproduced]:
-    """Do one experiment again, or all; raises ConfigError for a figure that none belongs to."""
-    chosen = [run for numbers, run in EXPERIMENTS if figure is None or figure in numbers]
-    if not chosen:
-        known = ", ".join(str(number) for numbers, _ in EXPERIMENTS for number in numbers)
-        raise ConfigError(f"there is no figure {figure} to reproduce: choose one of {known}")
-    return [run(out) for run in chosen]
+def reproduce(
+    out: Path,
+    figure: int | None = None,
+    log: ScanLog | None = None,
+    progress: StageProgress = quiet,
+    cancelled: Cancelling = never,
+) -> Sequence[Reproduced]:
+    """Do one experiment again, or all; figure 9 only with a log, and it alone takes long enough to show progress.
+
+    Raises ConfigError for a figure that no experiment belongs to, or whose log is not given; Cancelled.
+    """
+    known = [number for numbers, _ in EXPERIMENTS for number in numbers] + [RECORDED]
+    if figure is not None and figure not in known:
+        raise ConfigError(f"there is no figure {figure} to reproduce: choose one of {', '.join(map(str, known))}")
+    if figure == RECORDED and log is None:
+        raise ConfigError(f"figure {RECORDED} is made from a recorded log: give the Intel log with --intel PATH")
+    results = [run(out) for numbers, run in EXPERIMENTS if figure is None or figure in numbers]
+    if log is not None and figure in (None, RECORDED):
+        results.append(recorded.reproduce(out, log, progress, cancelled))
+    return results

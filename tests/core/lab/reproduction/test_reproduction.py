@@ -10,6 +10,7 @@ import pytest
 
 from bspline_slam.errors import ConfigError
 from bspline_slam.lab.reproduction import invariance, relations, reproduce, sight, uncertainty
+from bspline_slam.logs import open_log
 
 
 def test_two_places_give_the_same_control_points() -> None:
@@ -44,6 +45,21 @@ def test_a_figure_is_drawn_twice_and_its_data_written(figure: int, stems: set[st
     assert all(path.stat().st_size > 0 for path in result.files)
     assert all(json.loads(path.read_text()) for path in tmp_path.glob("*.json"))
     assert result.rows
+
+
+def test_a_recorded_log_becomes_a_small_map(tmp_path: Path) -> None:
+    log = open_log(Path(__file__).parents[4] / "sample_logs" / "three_splines.log.gz")
+    (result,) = reproduce(tmp_path, 9, log)
+    assert {path.name for path in result.files} == {"figure_9.svg", "figure_9.png", "figure_9.json"}
+    data = json.loads((tmp_path / "figure_9.json").read_text())
+    off = np.array(data["poses"]) - np.array(data["poses_of_whole_log"])
+    assert len(off) > 5 and np.hypot(off[:, 0], off[:, 1]).max() < 0.5
+    assert {len(points) for points in data["control_points"].values()} == {13}
+
+
+def test_figure_9_without_a_log_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="figure 9 is made from a recorded log"):
+        reproduce(tmp_path, 9)
 
 
 def test_an_unknown_figure_is_refused(tmp_path: Path) -> None:
