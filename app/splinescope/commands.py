@@ -120,6 +120,13 @@ class Select:
 
 
 @dataclass(frozen=True, slots=True)
+class StepObservation:
+    """Show the step of the observation `by` further on."""
+
+    by: int
+
+
+@dataclass(frozen=True, slots=True)
 class SetDark:
     """Dark or light page; None changes to the other one."""
 
@@ -160,6 +167,7 @@ Command = (
     | SetLayer
     | ToggleLayers
     | Select
+    | StepObservation
     | SetDark
     | ChooseBackEnd
     | Optimise

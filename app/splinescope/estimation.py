@@ -113,6 +113,8 @@ class Estimation:
                 self._iterated(record)
             case told.CovariancesFound(splines=splines):
                 self._findings.know(splines)
+            case told.ConsistencyFound(tests=tests):
+                self._findings.consistency = tests
             case told.Finished():
                 self._finished(activity, message)
             case told.Stopped():

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.map_view import dead_reckoned, view_map
@@ -16,7 +17,7 @@ from splinescope.view import MapView, ScanView
 
 
 class Findings:
-    """The open log (None: none is open) with steps, snapshot and covariances as they arrive.
+    """The open log (None: none is open) with steps, snapshot, covariances and `consistency` as they arrive.
 
     `processed` counts the scans done. `map_view` and `scan_view` give the same object as long as it looks the same.
     """
@@ -27,6 +28,7 @@ class Findings:
         self.processed = 0
         self.snapshot: Snapshot | None = None
         self.covariances: dict[int, Float[np.ndarray, "d d"]] = {}
+        self.consistency: ScanConsistency | None = None
         self._map_view: MapView | None = None
         self._scan_view: tuple[tuple[object, ...], ScanView] | None = None
 
@@ -37,9 +39,10 @@ class Findings:
             self.processed = max(self.processed, step.scan + 1)
 
     def show(self, snapshot: Snapshot | None) -> None:
-        """From now on the map is this one; its covariances are not known yet."""
+        """From now on the map is this one; its covariances and its consistency are not known yet."""
         if snapshot is not self.snapshot:
             self.snapshot, self.covariances, self._map_view = snapshot, {}, None
+            self.consistency = None
 
     def know(self, covariances: dict[int, Float[np.ndarray, "d d"]]) -> None:
         """The covariances of the splines of this map."""

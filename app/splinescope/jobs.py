@@ -1,4 +1,4 @@
-"""What the estimator's process does for the page: process a log, solve a map, find covariances."""
+"""What the estimator's process does for the page: process a log, solve a map, find and test covariances."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bspline_slam import slam
+from bspline_slam.backends.protocol import Marginals
 from bspline_slam.errors import Cancelled, SplineSlamError
+from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Snapshot
 from splinescope.messages import (
+    ConsistencyFound,
     CovariancesFound,
     Failed,
     FindCovariances,
@@ -71,9 +74,21 @@ class Jobs:
                 before = self._snapshot or pickle.loads(kept)
                 self._snapshot = optimise(self._open(path), before, back_end, reporter, self._send, cancelled)
             case FindCovariances(back_end=back_end):
-                reporter.stage("Computing covariances")
-                self._send(CovariancesFound(request.job, covariances(self._snapshot, back_end)))
+                self._judge(self._snapshot, back_end, reporter, cancelled)
                 self._send(Finished(request.job))
+
+    def _judge(self, snapshot: Snapshot | None, back_end: str, reporter: Reporter, cancelled: Cancelling) -> None:
+        """Covariances as soon as they are known, then the slower tests of consistency."""
+        reporter.stage("Computing covariances")
+        found = covariances(snapshot, back_end)
+        self._send(CovariancesFound(reporter.job, found.splines))
+        if snapshot is None or self._log is None:
+            return
+        tests = scan_consistency(
+            snapshot, slam.SlamConfig(), found.poses, self._log.truth,
+            lambda share: reporter.progress("Testing consistency", share), cancelled,
+        )  # fmt: skip
+        self._send(ConsistencyFound(reporter.job, tests))
 
     def _open(self, path: Path) -> ScanLog:
         if self._log is None or path != self._path:
@@ -124,8 +139,9 @@ def optimise(
     return snapshot
 
 
-def covariances(snapshot: Snapshot | None, back_end: str) -> dict:
-    """Covariances of all splines of a solved map; none where the map was never solved as a whole."""
+def covariances(snapshot: Snapshot | None, back_end: str) -> Marginals:
+    """Covariances of all key poses and splines of a solved map; none where the map was never solved as a whole."""
     if snapshot is None or snapshot.estimate is None:
-        return {}
-    return slam.marginals(snapshot, back_end, (), tuple(int(i) for i in snapshot.estimate.graph.spline_ids)).splines
+        return Marginals({}, {})
+    poses = tuple(range(len(snapshot.key_scans)))
+    return slam.marginals(snapshot, back_end, poses, tuple(int(i) for i in snapshot.estimate.graph.spline_ids))

@@ -71,6 +71,8 @@ BINDINGS: tuple[KeyBinding, ...] = (
     KeyBinding(("f",), "f", "fit: show the whole map", PageAction.FIT),
     KeyBinding(("d",), "d", "dark or light page", ask.SetDark()),
     KeyBinding(("o",), "o", "optimise the whole map", PageAction.OPTIMISE),
+    KeyBinding(("n",), "n", "next step of the observation of the selected segment", ask.StepObservation(1)),
+    KeyBinding(("b",), "b", "step back in it", ask.StepObservation(-1)),
     KeyBinding(("Escape",), "Esc", "clear the selection, close this sheet", PageAction.ESCAPE),
     KeyBinding(("?",), "?", "this sheet", PageAction.HELP),
     _layers("1", "the beams", Layer.BEAMS),

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.solution import Solution
 
@@ -33,7 +34,7 @@ class SolveMap:
 
 @dataclass(frozen=True, slots=True)
 class FindCovariances:
-    """Marginal covariances of all splines of the latest solved map."""
+    """Marginal covariances of all splines of the latest solved map, and how consistent it is."""
 
     job: int
     back_end: str
@@ -95,6 +96,13 @@ class CovariancesFound(Message):
     """Covariances of the stacked control points, by spline id."""
 
     splines: dict[int, Float[np.ndarray, "d d"]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ConsistencyFound(Message):
+    """How the latest solved map stands against the truth and against itself; None where nothing can be tested."""
+
+    tests: ScanConsistency | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -15,6 +15,7 @@ from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
 from splinescope.messages import Message
 from splinescope.notice import Notice
+from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.playback import Playback, play_axis
 from splinescope.preferences import Preferences
 from splinescope.solution import Solution
@@ -51,6 +52,8 @@ class Session:
         self.playback = Playback(speed=preferences.speed)
         self.following = True
         self.selection: Selection | None = None
+        self.observation_step = ObservationStep.PARAMETERS
+        self._observation: tuple[tuple[object, ...], ObservationView | str] | None = None
 
     # -- what is shown -------------------------------------------------------------------------------------------
     @property
@@ -76,6 +79,14 @@ class Session:
         """One frame of the page."""
         chosen = self.preferences
         return View(self.map_view, self.scan_view, chosen.layers, self.selection, chosen.dark)
+
+    @property
+    def observation(self) -> ObservationView | str:
+        """The selected segment of the current key scan taken apart, or why there is none."""
+        key = (self.scan_view, self.map_view, self.selection)
+        if self._observation is None or self._observation[0] != key:
+            self._observation = (key, view_observation(*key))
+        return self._observation[1]
 
     @property
     def activity(self) -> Activity | None:
@@ -155,6 +166,8 @@ class Session:
                 self._follow()
             case ask.Select(selection=selection):
                 self.selection = selection
+            case ask.StepObservation(by=by):
+                self._step_observation(by)
             case ask.Optimise():
                 self._optimise()
             case ask.Cancel():
@@ -185,6 +198,12 @@ class Session:
     def _follow(self) -> None:
         if self.following and self.findings.processed:
             self._play(replace(self.playback.seek(self.findings.processed - 1, self._clock()), playing=False))
+
+    def _step_observation(self, by: int) -> None:
+        if isinstance(self.observation, str):
+            self.tell(Notice("There is no observation to step through", self.observation))
+        else:
+            self.observation_step = self.observation_step.moved(by)
 
     # -- logs and work -------------------------------------------------------------------------------------------
     def _opened(self, request: ask.OpenLog, log: ScanLog) -> None:

@@ -256,6 +256,15 @@ class BSpline:
         first, last = int(kept[0]), int(kept[-1]) + 1
         return BSpline(self.degree, self.knots[first : last + self.degree + 1], self.control_points[first:last])
 
+    def clamped(self, span: tuple[float, float]) -> BSpline:
+        """The same curve with `span`, inside the domain, as all of its domain; it runs through its end points there."""
+        curve, (low, high) = self, self.domain
+        for end in span:
+            inside = low < end < high
+            for _ in range(self.degree - int(np.count_nonzero(self.knots == end)) if inside else 0):
+                curve = curve.insert_knot(end)
+        return curve.restricted(span)
+
     def active(self, span: tuple[float, float]) -> Bool[np.ndarray, "n"]:
         """Control points that shape the curve somewhere inside `span`."""
         reach = np.arange(len(self.control_points))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import viser
 
+from splinescope.panels.consistency import ConsistencyPanel
 from splinescope.panels.decisions import DecisionsPanel
 from splinescope.panels.inspector import InspectorPanel
 from splinescope.panels.layers import LayersPanel
 from splinescope.panels.log import LogPanel
+from splinescope.panels.observation import ObservationPanel
 from splinescope.panels.optimise import OptimisePanel
 from splinescope.panels.panel import Panel, Post
 from splinescope.panels.picture import PicturePanel
@@ -32,8 +34,12 @@ class SideBar:
             self._panels.append(DecisionsPanel(gui, post))
             with gui.add_folder("Time and place"):
                 self._panels.append(TimelinePanel(gui, post))
+        with tabs.add_tab("Steps"):
+            self._panels.append(ObservationPanel(gui, post))
         with tabs.add_tab("Optimise"):
             self._panels.append(OptimisePanel(gui, post))
+        with tabs.add_tab("Consistency"):
+            self._panels.append(ConsistencyPanel(gui, post))
         with tabs.add_tab("Log"):
             self._panels.append(LogPanel(gui, post))
         with tabs.add_tab("View"):

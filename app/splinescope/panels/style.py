@@ -15,6 +15,7 @@ TEXTS = """
 .ss ul{margin:4px 0;padding-left:18px}
 .ss .dim{opacity:.72}
 .ss .bad{border-left:3px solid #d55e00;padding-left:6px;margin:6px 0}
+.ss .drawing{display:block;width:100%;margin:4px 0}
 .ss .keys{font-size:11px;line-height:1.3}
 .ss .keys td{padding:0 4px;border:0}
 .ss kbd{border:1px solid #8888;border-radius:3px;padding:0 4px;white-space:nowrap;font-family:inherit}

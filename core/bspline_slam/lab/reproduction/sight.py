@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline, clamped_knots
-from bspline_slam.fitting import FittingConfig, chord_length_parameters
-from bspline_slam.observation import ChordLengthNoise, chord_length
+from bspline_slam.fitting import FittingConfig
+from bspline_slam.observation import ChordLengthNoise
+from bspline_slam.observation_steps import ObservedSpline, observe_spline
 
 CONTROL_POINTS = 13
 """Of every fitted spline, as on the paper's map of the Intel Lab."""
@@ -36,25 +35,6 @@ SECOND_POSE = np.array([0.5, 0.6, np.pi / 2 - 0.25])
 """Two places from which the whole of it is in sight."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ObservedSpline:
-    """Control points seen from the robot and their covariance P = P_s + P_t1 + P_t2 (paper, eq. 15), in one frame."""
-
-    curve: BSpline
-    covariance: Float[np.ndarray, "d d"]
-
-    @property
-    def blocks(self) -> Float[np.ndarray, "n 2 2"]:
-        """Covariance of each control point."""
-        at = np.arange(len(self.curve.control_points))
-        return self.covariance.reshape(len(at), 2, len(at), 2)[at, :, at]
-
-    def seen_from(self, pose: Float[np.ndarray, "3"]) -> ObservedSpline:
-        """The same in the frame that `pose` is given in, the pose taken as certain."""
-        turn = np.kron(np.eye(len(self.curve.control_points)), se2.rotation(pose[2]))
-        return ObservedSpline(in_world(pose, self.curve), turn @ self.covariance @ turn.T)
-
-
 def scan_curve(
     curve: BSpline,
     pose: Float[np.ndarray, "3"],
@@ -76,9 +56,7 @@ def scan_curve(
 def observe(points: Float[np.ndarray, "m 2"], terms: ChordLengthNoise = TERMS) -> ObservedSpline:
     """The whole of a spline observed: chord-length parameters, least squares, covariance (paper, eqs 4–15)."""
     frame = BSpline(3, clamped_knots(CONTROL_POINTS), np.zeros((CONTROL_POINTS, 2)))
-    seen = chord_length(frame, chord_length_parameters(points), points, FITTING, terms)
-    control_points = np.linalg.solve(seen.A, seen.b).reshape(-1, 2)
-    return ObservedSpline(frame.with_control_points(control_points), np.linalg.inv(seen.A.T @ seen.A))
+    return observe_spline(points, frame, FITTING, terms)
 
 
 def in_world(pose: Float[np.ndarray, "3"], curve: BSpline) -> BSpline:

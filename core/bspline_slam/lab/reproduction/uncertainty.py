@@ -14,14 +14,13 @@ from bspline_slam.export import figure as fig
 from bspline_slam.lab.reproduction import sight
 from bspline_slam.lab.reproduction.reproduced import NOT_GIVEN, Reproduced, Row, write_data
 from bspline_slam.observation import ChordLengthNoise
+from bspline_slam.observation_steps import NOTHING, ObservedSpline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 RUNS = 500
 SEED = 4
-NOTHING = 1e-12
-"""A variance (m²) that adds nothing but keeps the matrix regular."""
 MODELS = {
     "P_s": ChordLengthNoise(NOTHING, 0.0),
     "P_s + P_t1": ChordLengthNoise(sight.TERMS.resolution, 0.0),
@@ -108,13 +107,13 @@ def _scan(axes: Axes, points: Float[np.ndarray, "m 2"]) -> None:
     fig.robot(axes, sight.FIRST_POSE, fig.INK)
 
 
-def _ellipses(axes: Axes, seen: sight.ObservedSpline, true: Float[np.ndarray, "n 2"]) -> None:
+def _ellipses(axes: Axes, seen: ObservedSpline, true: Float[np.ndarray, "n 2"]) -> None:
     fig.to_scale(axes, "(b) Control points and 2σ ellipses")
     _estimate(axes, seen, true)
     fig.legend(axes)
 
 
-def _close_up(axes: Axes, seen: sight.ObservedSpline, true: Float[np.ndarray, "n 2"]) -> None:
+def _close_up(axes: Axes, seen: ObservedSpline, true: Float[np.ndarray, "n 2"]) -> None:
     worst = int(np.argmax(np.linalg.norm(seen.curve.control_points - true, axis=1)))
     fig.to_scale(axes, f"(c) Close-up of control point {worst + 1}, the farthest off")
     _estimate(axes, seen, true)
@@ -124,7 +123,7 @@ def _close_up(axes: Axes, seen: sight.ObservedSpline, true: Float[np.ndarray, "n
     axes.set_ylim(y - 0.2, y + 0.2)
 
 
-def _estimate(axes: Axes, seen: sight.ObservedSpline, true: Float[np.ndarray, "n 2"]) -> None:
+def _estimate(axes: Axes, seen: ObservedSpline, true: Float[np.ndarray, "n 2"]) -> None:
     fig.line(axes, seen.curve.sample(0.02)[1], fig.PALE)
     for centre, block in zip(seen.curve.control_points, seen.blocks, strict=True):
         fig.ellipse(axes, centre, block, fig.BLUE)
