@@ -120,8 +120,15 @@ class Select:
 
 
 @dataclass(frozen=True, slots=True)
+class ShowObservation:
+    """Open or close the window that takes one observation apart; None changes to the other."""
+
+    on: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class StepObservation:
-    """Show the step of the observation `by` further on."""
+    """Show the step of the observation `by` further on; opens its window first."""
 
     by: int
 
@@ -167,6 +174,7 @@ Command = (
     | SetLayer
     | ToggleLayers
     | Select
+    | ShowObservation
     | StepObservation
     | SetDark
     | ChooseBackEnd

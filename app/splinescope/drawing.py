@@ -104,8 +104,8 @@ def words(
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{tone}{faint}>{escape(text)}</text>'
 
 
-def labels(texts: Sequence[str], points: Points, away_from: Float[np.ndarray, "2"], reach: float = 11.0) -> str:
-    """A text beside each point, on the side that looks away from another point of the picture."""
+def labels(texts: Sequence[str], points: Points, away_from: Float[np.ndarray, "_ 2"], reach: float = 11.0) -> str:
+    """A text beside each point, on the side that looks away from its own other point, or from one for all."""
     outward = points - away_from
     outward = outward / np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
     places = points + reach * outward + (0.0, 0.35 * FONT)

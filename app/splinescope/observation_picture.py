@@ -46,7 +46,7 @@ def _parameters(view: ObservationView, theme: Theme) -> str:
     axes = Axes.to_scale(points, tallest=200.0, margin=26.0)
     placed = axes.at(points)
     marked = np.array([int(np.argmin(np.abs(t - quarter))) for quarter in np.linspace(0.0, 1.0, 5)])
-    sensor = axes.at(view.pose[None, :2])[0]
+    sensor = axes.at(view.pose[None, :2])
     parts = [
         drawing.path(placed, theme.legible(GREY), 1.0),
         drawing.dots(placed, theme.legible(GREEN), 1.8),
@@ -118,12 +118,11 @@ def _matrix(basis: Float[np.ndarray, "m n"], hues: list[Colour], top: float) -> 
 def _control_points(view: ObservationView, theme: Theme) -> str:
     """Points, control polygon with numbers, and the curve."""
     axes, placed, parts = _fit(view, theme, 210.0)
-    middle = placed.mean(axis=0) if len(placed) else np.zeros(2)
-    sensor = axes.at(view.pose[None, :2])[0]
+    sensor = axes.at(view.pose[None, :2])
     numbers = [str(i + 1) for i in range(len(placed))]
     parts += [
         drawing.dots(placed, theme.legible(BLUE), 3.2, hollow=True),
-        drawing.labels(numbers, placed, np.where(np.isfinite(sensor), sensor, middle)),
+        drawing.labels(numbers, placed, sensor),
         drawing.scale_bar(axes),
         drawing.legend(
             [
@@ -201,8 +200,8 @@ def _relation(seen: ObservedRelation, pose: Float[np.ndarray, "3"], theme: Theme
         drawing.dots(axes.at(data), of_data, 1.7),
         drawing.dots(at[4:], theme.legible(ORANGE), 4.2, hollow=True),
         drawing.dots(sensor[None], theme.ink, 3.5),
-        drawing.labels(["d_s", "d_e"], at[:2], sensor, reach=13.0),
-        drawing.labels(["s_s", "s_e"], at[2:4], axes.at(spline).mean(axis=0), reach=13.0),
+        drawing.labels(["d_s", "d_e"], 0.4 * sensor + 0.6 * at[:2], at[[1, 0]], reach=10.0),
+        drawing.labels(["s_s", "s_e"], at[2:4], sensor[None], reach=13.0),
         drawing.scale_bar(axes),
         drawing.legend(
             [

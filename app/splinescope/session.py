@@ -52,6 +52,7 @@ class Session:
         self.playback = Playback(speed=preferences.speed)
         self.following = True
         self.selection: Selection | None = None
+        self.observing = False
         self.observation_step = ObservationStep.PARAMETERS
         self._observation: tuple[tuple[object, ...], ObservationView | str] | None = None
 
@@ -166,6 +167,8 @@ class Session:
                 self._follow()
             case ask.Select(selection=selection):
                 self.selection = selection
+            case ask.ShowObservation(on=on):
+                self.observing = not self.observing if on is None else on
             case ask.StepObservation(by=by):
                 self._step_observation(by)
             case ask.Optimise():
@@ -200,10 +203,9 @@ class Session:
             self._play(replace(self.playback.seek(self.findings.processed - 1, self._clock()), playing=False))
 
     def _step_observation(self, by: int) -> None:
-        if isinstance(self.observation, str):
-            self.tell(Notice("There is no observation to step through", self.observation))
-        else:
+        if self.observing and isinstance(self.observation, ObservationView):
             self.observation_step = self.observation_step.moved(by)
+        self.observing = True
 
     # -- logs and work -------------------------------------------------------------------------------------------
     def _opened(self, request: ask.OpenLog, log: ScanLog) -> None:

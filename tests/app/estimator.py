@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,8 @@ from bspline_slam.backends.protocol import Estimate, IterationRecord, Marginals
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig, uniform_through
 from bspline_slam.graph import Graph, PosePrior
+from bspline_slam.lab.scan_consistency import ScanConsistency
+from bspline_slam.lab.scan_test import ScanTest
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import ScanSegment, segment_scan
 from bspline_slam.slam import SlamStep, Snapshot
@@ -119,4 +121,20 @@ def adjust(
 def marginals(snapshot: Snapshot, back_end: str, poses: Sequence[int], splines: Sequence[int]) -> Marginals:
     """The same circle of 1 cm around every control point."""
     sizes = {i: 2 * len(snapshot.map[i].curve.control_points) for i in splines}
-    return Marginals({}, {i: 1e-4 * np.eye(size) for i, size in sizes.items()})
+    return Marginals({i: 1e-4 * np.eye(3) for i in poses}, {i: 1e-4 * np.eye(size) for i, size in sizes.items()})
+
+
+def scan_consistency(
+    snapshot: Snapshot,
+    config: SlamConfig,
+    covariances: Mapping[int, np.ndarray],
+    truth: np.ndarray | None,
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> ScanConsistency | None:
+    """All as it should be but for the last key scan, which lies far off."""
+    scans = np.array(snapshot.key_scans)
+    squares = np.full(len(scans), 3.0)
+    squares[-1:] = 60.0
+    test = ScanTest(scans, squares, np.full(len(scans), 3.0))
+    return ScanConsistency(None if truth is None else test, test)

@@ -46,6 +46,7 @@ def stand_in(monkeypatch, log: ScanLog) -> None:
     """Let the jobs use the stand-in estimator, and find `log` wherever they look."""
     names = {name: getattr(estimator, name) for name in ("Slam", "SlamConfig", "adjust", "marginals")}
     monkeypatch.setattr(jobs, "slam", SimpleNamespace(**names))
+    monkeypatch.setattr(jobs, "scan_consistency", estimator.scan_consistency)
     monkeypatch.setattr(jobs, "open_log", lambda path: log)
 
 

@@ -17,6 +17,7 @@ from bspline_slam.errors import SolverError
 from splinescope import jobs
 from splinescope.jobs import Jobs
 from splinescope.messages import (
+    ConsistencyFound,
     CovariancesFound,
     Failed,
     FindCovariances,
@@ -98,6 +99,15 @@ def test_covariances_come_for_every_spline_of_a_solved_map(log: MemoryLog) -> No
     finished = next(message for message in sent if isinstance(message, Finished))
     assert finished.snapshot is not None
     assert found.splines.keys() == {spline.id for spline in finished.snapshot.map}
+
+
+def test_a_solved_map_is_tested_once_its_covariances_are_known(log: MemoryLog) -> None:
+    sent = messages_of(ProcessLog(1, Path("x")), FindCovariances(2, "direct"))
+    kinds = [type(message) for message in sent if not isinstance(message, Progress)]
+    assert kinds[-3:] == [CovariancesFound, ConsistencyFound, Finished]
+    tests = next(message.tests for message in sent if isinstance(message, ConsistencyFound))
+    assert tests is not None
+    assert tests.nees is not None
 
 
 def test_covariances_of_no_map_are_none() -> None:

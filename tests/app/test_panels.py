@@ -13,12 +13,12 @@ from app.logs import MemoryLog, corridor_log
 from splinescope import commands as ask
 from splinescope.activity import Activity, Work, duration
 from splinescope.page import Page
-from splinescope.panels import layers, log, optimise, status, timeline
+from splinescope.panels import consistency, layers, log, observation, optimise, status, timeline
 from splinescope.panels.help import HelpSheet
 from splinescope.panels.side_bar import SideBar
 from splinescope.preferences import Preferences
 from splinescope.session import Session
-from splinescope.view import Layer
+from splinescope.view import Layer, Selection
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +106,57 @@ def test_the_role_of_a_scan_is_told(finished: Session) -> None:
     finished.findings.steps.clear()
     assert "not processed" in timeline.role(finished, 0, False, False)
     assert dict(timeline.figures(finished))["beams that hit"].endswith("of 181")
+
+
+def test_consistency_says_what_there_is_and_what_not(finished: Session, empty: Session) -> None:
+    assert "No log is open" in "".join(consistency.introduction(empty))
+    assert "95 %" in "".join(consistency.introduction(finished))
+    tests = finished.findings.consistency
+    assert tests is not None
+    finished.findings.consistency = replace(tests, nees=None)
+    assert "no ground truth" in "".join(consistency.introduction(finished))
+    finished.findings.consistency = None
+    assert "has not been tested" in "".join(consistency.introduction(finished))
+    assert finished.estimation is not None
+    finished.estimation.activity = Activity(Work.PROCESSING, 9, "Matching scans")
+    assert "when processing or optimising has ended" in "".join(consistency.introduction(finished))
+
+
+def test_observations_are_offered_one_after_another(finished: Session) -> None:
+    finished.apply(ask.Seek(1))
+    key = observation.following_key_scan(finished)
+    assert key == min(scan for scan, step in finished.findings.steps.items() if step.key and scan > 1)
+    finished.apply(ask.Seek(key))
+    assert finished.scan_view is not None
+    beams = [len(fitted.segment.beams) for fitted in finished.scan_view.segments]
+    longest = observation.following_segment(finished.observation, beams)
+    assert beams[longest.id] == max(beams)
+    seen = set()
+    for _ in beams:
+        finished.apply(ask.Select(observation.following_segment(finished.observation, beams)))
+        assert finished.selection is not None
+        seen.add(finished.selection.id)
+    assert seen == set(range(len(beams)))
+
+
+def test_panels_show_every_step_and_the_figures(page: Page, finished: Session) -> None:
+    bar = SideBar(page.server.gui, lambda _: None)
+    finished.apply(ask.Seek(0))
+    finished.apply(ask.Select(Selection("segment", 0)))
+    for _ in range(6):
+        finished.apply(ask.StepObservation(1))
+        bar.refresh(finished)
+    shown = "".join(contents(page))
+    assert "5. Relation to its spline" in shown
+    assert "NIS: " in shown
+    assert "key scans against the 95 % band" in shown
+
+
+def contents(page: Page) -> list[str]:
+    """All that HTML widgets of the page hold now."""
+    containers = page.server.gui._container_handle_from_uuid.values()
+    widgets = [child for container in containers for child in container._children.values()]
+    return [str(getattr(widget, "content", "")) for widget in widgets]
 
 
 def test_widgets_follow_the_session(page: Page, finished: Session, empty: Session) -> None:

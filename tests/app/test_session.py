@@ -259,3 +259,37 @@ def test_playback_runs_on_with_the_clock(log: MemoryLog) -> None:
     assert session.cursor == 20
     session.apply(ask.SeekTime(0.5))
     assert session.cursor == 5
+
+
+def test_stepping_opens_the_window_first_and_stops_at_the_ends(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    session.apply(ask.Seek(0))
+    session.apply(ask.Select(Selection("segment", 0)))
+    session.apply(ask.StepObservation(1))
+    assert session.observing
+    assert session.observation_step.number == 1
+    for _ in range(7):
+        session.apply(ask.StepObservation(1))
+    assert session.observation_step.number == 5
+    session.apply(ask.ShowObservation())
+    assert not session.observing
+
+
+def test_an_observation_is_taken_apart_once(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    session.apply(ask.Seek(0))
+    session.apply(ask.Select(Selection("segment", 0)))
+    first = session.observation
+    assert session.observation is first
+    session.apply(ask.Select(None))
+    assert "No segment is selected" in str(session.observation)
+
+
+def test_a_map_that_changes_loses_its_figures_of_consistency(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    assert session.findings.consistency is not None
+    session.apply(ask.Optimise())
+    session.receive(next(message for message in inline.messages if isinstance(message, told.Iterated)))
+    assert session.findings.consistency is None
+    deliver(session, inline)
+    assert session.findings.consistency is not None

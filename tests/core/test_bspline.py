@@ -260,3 +260,14 @@ def test_a_knot_outside_the_domain_is_refused(t: float) -> None:
     curve = BSpline(3, clamped_knots(5), np.zeros((5, 2)))
     with pytest.raises(GeometryError, match="a knot can be inserted inside"):
         curve.insert_knot(t)
+
+
+@pytest.mark.parametrize("span", [(0.1, 1.7), (0.0, 2.0), (0.4, 2.4), (0.85, 1.15)])
+def test_a_curve_clamped_to_a_span_is_the_same_there_and_nowhere_else(span: tuple[float, float]) -> None:
+    curve = BSpline(3, uniform_knots(0.0, 0.4, 9), np.random.default_rng(3).normal(size=(9, 2)))
+    clamped = curve.clamped(span)
+    t = np.linspace(*span, 40)
+    assert clamped.domain == pytest.approx(span)
+    assert np.allclose(clamped(t), curve(t))
+    for end, inside in zip(span, (span[0] > 0.0, span[1] < 2.4), strict=True):
+        assert not inside or np.abs(clamped.control_points - curve(np.array([end]))).sum(axis=1).min() < 1e-12

@@ -7,7 +7,7 @@ import viser
 
 from bspline_slam.association import Association
 from splinescope import table
-from splinescope.commands import Select
+from splinescope.commands import Select, ShowObservation
 from splinescope.palette import VERDICT_STYLES, Glyph
 from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
@@ -25,6 +25,8 @@ class DecisionsPanel:
         self._segment = gui.add_number("Segment", 0, min=0, step=1)
         button = gui.add_button("Select the segment")
         on_press(button, lambda: post(Select(Selection("segment", int(self._segment.value)))))
+        steps = gui.add_button("Step through an observation", hint="Key s", color="gray")
+        on_press(steps, lambda: post(ShowObservation(True)))
 
     def refresh(self, session: Session) -> None:
         chosen = session.selection

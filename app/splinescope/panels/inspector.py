@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from splinescope import table
-from splinescope.commands import Select
+from splinescope.commands import Select, ShowObservation
 from splinescope.inspector import Description, describe
 from splinescope.panels.panel import Post, on_press
 from splinescope.session import Session
@@ -20,14 +20,23 @@ class InspectorPanel:
         self._text = gui.add_html(table.block(table.paragraph(HINT, "dim")))
         self._clear = gui.add_button("Clear the selection", visible=False)
         on_press(self._clear, lambda: post(Select(None)))
+        self._steps = gui.add_button("Step through its observation", hint="Key s", visible=False)
+        on_press(self._steps, lambda: post(ShowObservation(True)))
 
     def refresh(self, session: Session) -> None:
         self._clear.visible = session.selection is not None
+        self._steps.visible = can_be_observed(session)
         if session.selection is None:
             self._text.content = table.block(table.paragraph(HINT, "dim"))
             return
         found = describe(session.selection, session.scan_view, session.map_view, session.findings.steps)
         self._text.content = table.block(*parts(found))
+
+
+def can_be_observed(session: Session) -> bool:
+    """Whether a segment of a key scan is selected and is not being stepped through yet."""
+    chosen, scan = session.selection, session.scan_view
+    return not session.observing and chosen is not None and chosen.kind == "segment" and scan is not None and scan.key
 
 
 def parts(found: Description) -> list[str]:

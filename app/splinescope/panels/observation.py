@@ -8,14 +8,17 @@ import viser
 from bspline_slam.observation import ChordLengthNoise
 from bspline_slam.relation import EndComparison, EndRelation, Relation
 from splinescope import table
-from splinescope.commands import Seek, Select, StepObservation
+from splinescope.commands import Seek, Select, ShowObservation, StepObservation
 from splinescope.observation_picture import observation_picture
 from splinescope.observation_view import ObservationStep, ObservationView
 from splinescope.palette import theme
-from splinescope.panels.panel import Post, on_press
+from splinescope.panels.panel import Post, on_choice, on_press
 from splinescope.session import Session
 from splinescope.view import Selection
 
+WIDTH = 360.0
+"""Of the window (px)."""
+BACK, NEXT = "← Back", "Next →"
 MOST_ROWS = 9
 """Of a longer list so many rows are shown, evenly chosen."""
 NOISE = ChordLengthNoise()
@@ -28,34 +31,40 @@ ENDS = {EndRelation.COINCIDES: "coincides", EndRelation.INSIDE: "inside", EndRel
 
 
 class ObservationPanel:
-    """The steps of the selected segment, with buttons to go forward and back and to find a segment."""
+    """A window beside the map: the steps of the selected segment, with buttons to go on, back, and elsewhere."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._segment: Selection | None = None
         self._piece: Selection | None = None
         self._key_scan = 0
-        self._head = gui.add_html("")
-        self._next = gui.add_button("Next step", hint="Key n", icon=viser.Icon.ARROW_RIGHT)
-        self._back = gui.add_button("Step back", hint="Key b", icon=viser.Icon.ARROW_LEFT, color="gray")
-        self._body = gui.add_html("")
-        self._next_piece = gui.add_button("Next piece of this segment", color="gray", visible=False)
-        self._next_segment = gui.add_button("Take a segment", color="gray")
-        self._next_key = gui.add_button("Go to the next key scan", visible=False)
-        on_press(self._next, lambda: post(StepObservation(1)))
-        on_press(self._back, lambda: post(StepObservation(-1)))
+        self._window = gui.add_panel(visible=False)
+        with self._window.add_tab("Observation"):
+            self._head = gui.add_html("")
+            self._steps = gui.add_button_group("Step", (BACK, NEXT), hint="Keys b and n", visible=False)
+            self._body = gui.add_html("")
+            self._next_key = gui.add_button("Go to the next key scan", visible=False)
+            self._next_piece = gui.add_button("Next piece of this segment", color="gray", visible=False)
+            self._next_segment = gui.add_button("Take the longest segment", visible=False)
+            close = gui.add_button("Close", hint="Key s", color="gray")
+        self._window.dock_left()
+        self._window.set_width(WIDTH)
+        on_choice(self._steps, lambda chosen: post(StepObservation(1 if chosen == NEXT else -1)))
+        on_press(close, lambda: post(ShowObservation(False)))
         on_press(self._next_piece, lambda: post(Select(self._piece)))
         on_press(self._next_segment, lambda: post(Select(self._segment)))
         on_press(self._next_key, lambda: post(Seek(self._key_scan)))
 
     def refresh(self, session: Session) -> None:
+        self._window.visible = session.observing
+        if not session.observing:
+            return
         view, step = session.observation, session.observation_step
-        seen = isinstance(view, ObservationView)
-        self._next.visible, self._back.visible = seen, seen
-        self._next.disabled, self._back.disabled = step.moved(1) is step, step.moved(-1) is step
         self._head.content = table.block(*headline(view, step))
-        drawn = observation_picture(view, step, theme(session.preferences.dark)) if seen else ""
-        self._body.content = table.block(drawn, *explanation(view, step)) if seen else ""
-        self._body.visible = seen
+        self._steps.visible = self._body.visible = isinstance(view, ObservationView)
+        self._steps.label = f"Step {step.number} of {len(ObservationStep)}"
+        if isinstance(view, ObservationView):
+            drawn = observation_picture(view, step, theme(session.preferences.dark))
+            self._body.content = table.block(drawn, *explanation(view, step))
         self._offer(session, view)
 
     def _offer(self, session: Session, view: ObservationView | str) -> None:
@@ -93,7 +102,7 @@ def headline(view: ObservationView | str, step: ObservationStep) -> list[str]:
     piece = f", piece {view.piece + 1} of {view.pieces}" if view.pieces > 1 else ""
     return [
         table.paragraph(f"{segment}, {len(view.segment.beams)} beams{piece}", "dim"),
-        table.heading(f"Step {step.number} of {len(ObservationStep)} · {step.value}"),
+        table.heading(f"{step.number}. {step.value}"),
     ]
 
 

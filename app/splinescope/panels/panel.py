@@ -30,6 +30,15 @@ def on_press(button: viser.GuiButtonHandle, act: Callable[[], None]) -> None:
             act()
 
 
+def on_choice(group: viser.GuiButtonGroupHandle, act: Callable[[str], None]) -> None:
+    """Call `act` with the button of a group that a person presses."""
+
+    @group.on_click
+    def _(event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            act(event.target.value)
+
+
 def on_change(widget: viser.GuiInputHandle, act: Callable[[], None]) -> None:
     """Call `act` when a person changes the widget, not when the session does."""
 

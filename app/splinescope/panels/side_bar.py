@@ -20,7 +20,7 @@ from splinescope.session import Session
 
 
 class SideBar:
-    """Status and inspector always in sight, the rest under tabs."""
+    """Status and inspector always in sight, the rest under tabs; observations in a window of their own."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         gui.add_html(STYLE)
@@ -34,8 +34,6 @@ class SideBar:
             self._panels.append(DecisionsPanel(gui, post))
             with gui.add_folder("Time and place"):
                 self._panels.append(TimelinePanel(gui, post))
-        with tabs.add_tab("Steps"):
-            self._panels.append(ObservationPanel(gui, post))
         with tabs.add_tab("Optimise"):
             self._panels.append(OptimisePanel(gui, post))
         with tabs.add_tab("Consistency"):
@@ -44,6 +42,7 @@ class SideBar:
             self._panels.append(LogPanel(gui, post))
         with tabs.add_tab("View"):
             self._panels.append(PicturePanel(gui, post))
+        self._panels.append(ObservationPanel(gui, post))
 
     def refresh(self, session: Session) -> None:
         for panel in self._panels:
