@@ -196,8 +196,8 @@ def _relation(seen: ObservedRelation, pose: Float[np.ndarray, "3"], theme: Theme
     parts = [
         *(drawing.path(np.stack([sensor, end]), hue, 1.0, LineStyle.SOLID if number < 2 else LineStyle.DASHED)
           for number, (end, hue) in enumerate(rays)),
-        drawing.path(axes.at(spline), of_spline, 3.0),
-        drawing.dots(axes.at(data), of_data, 1.7),
+        drawing.path(axes.at(spline), of_spline, 6.0),
+        drawing.dots(axes.at(data), of_data, 1.5),
         drawing.dots(at[4:], theme.legible(ORANGE), 4.2, hollow=True),
         drawing.dots(sensor[None], theme.ink, 3.5),
         drawing.labels(["d_s", "d_e"], 0.4 * sensor + 0.6 * at[:2], at[[1, 0]], reach=10.0),

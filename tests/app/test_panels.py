@@ -125,6 +125,7 @@ def test_consistency_says_what_there_is_and_what_not(finished: Session, empty: S
 def test_observations_are_offered_one_after_another(finished: Session) -> None:
     finished.apply(ask.Seek(1))
     key = observation.following_key_scan(finished)
+    assert key is not None
     assert key == min(scan for scan, step in finished.findings.steps.items() if step.key and scan > 1)
     finished.apply(ask.Seek(key))
     assert finished.scan_view is not None

@@ -40,7 +40,7 @@ class ObservationPanel:
         self._window = gui.add_panel(visible=False)
         with self._window.add_tab("Observation"):
             self._head = gui.add_html("")
-            self._steps = gui.add_button_group("Step", (BACK, NEXT), hint="Keys b and n", visible=False)
+            self._steps = gui.add_button_group("Step", (BACK, NEXT), visible=False)
             self._body = gui.add_html("")
             self._next_key = gui.add_button("Go to the next key scan", visible=False)
             self._next_piece = gui.add_button("Next piece of this segment", color="gray", visible=False)
@@ -59,12 +59,13 @@ class ObservationPanel:
         if not session.observing:
             return
         view, step = session.observation, session.observation_step
-        self._head.content = table.block(*headline(view, step))
+        self._head.content = table.block(*headline(view))
         self._steps.visible = self._body.visible = isinstance(view, ObservationView)
         self._steps.label = f"Step {step.number} of {len(ObservationStep)}"
         if isinstance(view, ObservationView):
             drawn = observation_picture(view, step, theme(session.preferences.dark))
-            self._body.content = table.block(drawn, *explanation(view, step))
+            title = table.heading(f"{step.number}. {step.value}")
+            self._body.content = table.block(title, drawn, *explanation(view, step))
         self._offer(session, view)
 
     def _offer(self, session: Session, view: ObservationView | str) -> None:
@@ -94,15 +95,14 @@ def following_key_scan(session: Session) -> int | None:
     return min((scan for scan in keys if scan > session.cursor), default=max(keys, default=None))
 
 
-def headline(view: ObservationView | str, step: ObservationStep) -> list[str]:
-    """Which observation and which step, or what is missing, as HTML parts."""
+def headline(view: ObservationView | str) -> list[str]:
+    """Which observation it is, or what is missing, as HTML parts."""
     if isinstance(view, str):
         return [table.paragraph(ABOUT, "dim"), table.paragraph(view)]
-    segment = f"Segment {view.segment.index} of key scan {view.scan}"
     piece = f", piece {view.piece + 1} of {view.pieces}" if view.pieces > 1 else ""
+    beams = f"{len(view.segment.beams)} beams{piece}"
     return [
-        table.paragraph(f"{segment}, {len(view.segment.beams)} beams{piece}", "dim"),
-        table.heading(f"{step.number}. {step.value}"),
+        table.paragraph(f"Segment {view.segment.index} of key scan {view.scan}, {beams}. Keys b and n step.", "dim")
     ]
 
 
