@@ -112,6 +112,15 @@ def labels(texts: Sequence[str], points: Points, away_from: Float[np.ndarray, "_
     return "".join(words(text, x, y, anchor="middle") for text, (x, y) in zip(texts, places, strict=True))
 
 
+def apart(points: Points, distance: float) -> list[int]:
+    """Which of the points, in their order, lie at least so far from the one chosen before."""
+    kept = [0]
+    for i in range(1, len(points)):
+        if np.linalg.norm(points[i] - points[kept[-1]]) >= distance:
+            kept.append(i)
+    return kept
+
+
 def ellipse(centre: Float[np.ndarray, "2"], covariance: Float[np.ndarray, "2 2"], scale: float) -> Points:
     """The 2σ ellipse around a point of the picture as a polyline, `scale` pixels for each unit of the data."""
     around = np.linspace(0.0, 2 * np.pi, 41)

@@ -43,7 +43,7 @@ def _world(view: ObservationView, points: Float[np.ndarray, "n 2"]) -> Float[np.
 def _parameters(view: ObservationView, theme: Theme) -> str:
     """The points, the polygon of their chords, and where t passes its quarters."""
     points, t = _world(view, view.steps.points), view.steps.parameters
-    axes = Axes.to_scale(points, tallest=200.0, margin=26.0)
+    axes = Axes.to_scale(points, tallest=250.0, margin=26.0)
     placed = axes.at(points)
     marked = np.array([int(np.argmin(np.abs(t - quarter))) for quarter in np.linspace(0.0, 1.0, 5)])
     sensor = axes.at(view.pose[None, :2])
@@ -117,12 +117,12 @@ def _matrix(basis: Float[np.ndarray, "m n"], hues: list[Colour], top: float) -> 
 
 def _control_points(view: ObservationView, theme: Theme) -> str:
     """Points, control polygon with numbers, and the curve."""
-    axes, placed, parts = _fit(view, theme, 210.0)
+    axes, placed, parts = _fit(view, theme, 260.0)
     sensor = axes.at(view.pose[None, :2])
-    numbers = [str(i + 1) for i in range(len(placed))]
+    named = drawing.apart(placed, 13.0)
     parts += [
         drawing.dots(placed, theme.legible(BLUE), 3.2, hollow=True),
-        drawing.labels(numbers, placed, sensor),
+        drawing.labels([str(i + 1) for i in named], placed[named], sensor),
         drawing.scale_bar(axes),
         drawing.legend(
             [
@@ -152,7 +152,7 @@ def _fit(view: ObservationView, theme: Theme, tallest: float) -> tuple[Axes, Flo
 
 def _covariance(view: ObservationView, theme: Theme) -> str:
     """Around each control point a 2σ ellipse for each term."""
-    axes, placed, parts = _fit(view, theme, 230.0)
+    axes, placed, parts = _fit(view, theme, 260.0)
     terms = view.steps.terms
     turn = se2.rotation(float(view.pose[2]))
     times = _times(float(np.linalg.eigvalsh(terms.total).max()), axes.scale)

@@ -214,7 +214,7 @@ def _relation(view: ObservationView) -> list[str]:
             f"Which part of spline {spline} did these beams see? The bearings of the ends of the data are compared "
             f"with those of the ends of the spline; less than h = {threshold:g}° apart counts as the same (section 4)."
         ),
-        table.table(("End", "Data", "Spline", "Inwards", "So it is"), rows, numbers=(1, 2, 3)),
+        table.table(("End", "Data", "Spline", "Inwards", "Decision"), rows, numbers=(1, 2, 3, 4)),
         table.heading(f"Relation: {seen.decision.relation.value}"),
         table.paragraph(RELATIONS[seen.decision.relation]),
         table.pairs(
