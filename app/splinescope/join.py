@@ -45,7 +45,7 @@ def joined_text(figures: dict[str, Any], out: Path) -> str:
     """What a person wants to know of a joint map."""
     fit = f"χ² {figures['chi2']:.1f} with {figures['dof']} degrees of freedom"
     ratio = f" (χ²/dof {figures['chi2'] / figures['dof']:.2f})" if figures["dof"] > 0 else ""
-    end = "converged" if figures["converged"] else "not converged"
+    end = "converged" if figures["converged"] else "NOT converged (are equal ids always the same feature?)"
     return (
         f"{figures['maps']} maps, {figures['features']} features, {figures['states']} states; "
         f"{end} after {figures['iterations']} iterations; {fit}{ratio}; {figures['seconds']:.1f} s\n"

@@ -7,6 +7,7 @@ features' numbers. Map k + 1 starts where map k ends. Metres and radians; equal 
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +23,10 @@ from bspline_slam.backends.gauss_newton import State, Stopping
 from bspline_slam.backends.islsjf import join
 from bspline_slam.backends.local_maps import WORLD, LocalMaps, Statement
 from bspline_slam.backends.protocol import Cancelling, IterationRecord, Progress, never, silent
+from bspline_slam.backends.threads import single_thread
 from bspline_slam.errors import LocalMapError
 
+ARRAY_NAME = re.compile(r"(?:x|P|id)(0|[1-9][0-9]*)")
 ASYMMETRY = 1e-6
 """Largest difference of a covariance from its transpose, as a fraction of its largest entry, that rounding explains."""
 
@@ -88,10 +91,10 @@ def read_point_maps(path: Path) -> tuple[PointMap, ...]:
             found = {name: arrays[name] for name in arrays.files}
     except (zipfile.BadZipFile, ValueError, EOFError, AttributeError, TypeError) as error:
         raise LocalMapError(path, "is no .npz file of plain arrays") from error
-    count = sum(name.startswith("x") and name[1:].isdigit() for name in found)
-    if count == 0:
+    numbers = [int(match[1]) for name in found if (match := ARRAY_NAME.fullmatch(name))]
+    if not numbers:
         raise LocalMapError(path, "holds no local map: the first is the arrays x0, P0 and id0")
-    return tuple(_point_map(path, found, k) for k in range(count))
+    return tuple(_point_map(path, found, k) for k in range(max(numbers) + 1))
 
 
 def _point_map(path: Path, arrays: dict[str, np.ndarray], k: int) -> PointMap:
@@ -101,7 +104,7 @@ def _point_map(path: Path, arrays: dict[str, np.ndarray], k: int) -> PointMap:
             raise LocalMapError(path, f"array {name} is missing")
     x, P, ids = arrays[f"x{k}"], arrays[f"P{k}"], arrays[f"id{k}"]
     size = 3 + 2 * ids.size
-    if ids.ndim != 1 or (ids.size and not np.issubdtype(ids.dtype, np.integer)):
+    if ids.ndim != 1 or not _are_integers(ids):
         raise LocalMapError(path, f"id{k} must be a list of integers, not {ids.dtype} of shape {ids.shape}")
     if x.shape != (size,) or P.shape != (size, size):
         rule = f"with {ids.size} features x{k} must be ({size},) and P{k} ({size}, {size}), not {x.shape} and {P.shape}"
@@ -121,6 +124,14 @@ def _point_map(path: Path, arrays: dict[str, np.ndarray], k: int) -> PointMap:
     return PointMap(x[:3].astype(float), x[3:].reshape(-1, 2).astype(float), covariance, ids.astype(np.int64))
 
 
+def _are_integers(ids: np.ndarray) -> bool:
+    """Whether these are whole numbers of 64 bits; that they are stored as floats does no harm."""
+    if ids.dtype.kind not in "iuf" or not _is_finite(ids):
+        return False
+    low, high = ids.min(initial=0), ids.max(initial=0)
+    return bool(low >= -(2**63) and high < 2**63 and np.all(ids == np.floor(ids)))
+
+
 def _is_finite(values: np.ndarray) -> bool:
     return np.issubdtype(values.dtype, np.number) and np.isrealobj(values) and bool(np.all(np.isfinite(values)))
 
@@ -134,11 +145,11 @@ def join_point_maps(
 ) -> JointMap:
     """The joint map: from composed odometry and the first sight of each feature to the least-squares optimum.
 
-    Raises Cancelled.
+    Raises SolverError where covariances are too far apart for the arithmetic, and Cancelled.
     """
     feature_ids = np.unique(np.concatenate([one.ids for one in maps]))
-    statements = [[_statement(k, one, feature_ids)] for k, one in enumerate(maps)]
-    local = LocalMaps.from_statements(statements)
+    with single_thread():
+        local = LocalMaps.from_statements([[_statement(k, one, feature_ids)] for k, one in enumerate(maps)])
     descent = join(local, first_guess(maps, feature_ids), stopping or Stopping(), progress, cancelled)
     state = descent.state
     return JointMap(

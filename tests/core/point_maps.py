@@ -27,13 +27,15 @@ def covariance(rng: np.random.Generator, features: int) -> np.ndarray:
     return deviations[:, None] * (mixing @ mixing.T) * deviations
 
 
-def survey(rng: np.random.Generator, *, maps: int = 40, noise: float = 1.0, laps: int = 2) -> Survey:
-    """Laps on a circle of 10 m radius, every feature within 5 m of a map's start in that map."""
+def survey(
+    rng: np.random.Generator, *, maps: int = 40, noise: float = 1.0, laps: int = 2, radius: float = 10.0
+) -> Survey:
+    """Laps on a circle of this radius (m), every feature within 5 m of a map's start in that map."""
     angle = 2 * np.pi * laps * np.arange(maps + 1) / maps
-    poses = np.column_stack([10 * np.sin(angle), 10 - 10 * np.cos(angle), se2.wrap(angle)])
-    around = np.linspace(0, 2 * np.pi, 40, endpoint=False)
-    radius = rng.uniform(7, 13, size=40)
-    features = np.column_stack([radius * np.sin(around), 10 - radius * np.cos(around)])
+    poses = np.column_stack([radius * np.sin(angle), radius - radius * np.cos(angle), se2.wrap(angle)])
+    around = np.linspace(0, 2 * np.pi, round(4 * radius), endpoint=False)
+    reach = radius + rng.uniform(-3, 3, size=len(around))
+    features = np.column_stack([reach * np.sin(around), radius - reach * np.cos(around)])
     made = []
     for start, end in itertools.pairwise(poses):
         near = np.flatnonzero(np.linalg.norm(features - start[:2], axis=1) < 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,9 +90,51 @@ def test_bad_odometry_is_pulled_straight_by_the_features() -> None:
     assert joint.chi2 / joint.dof < 1.5
 
 
-def spoiled(one, rng: np.random.Generator):
-    """The map with its end pose known ten times worse, and independent of the features."""
-    scale = np.concatenate([np.full(3, 10.0), np.ones(2 * len(one.ids))])
+def test_a_long_chain_is_straightened_from_odometry_that_turns_five_degrees_a_map() -> None:
+    """The way to the optimum of a chain of 300 maps leads uphill; nothing holds its soft bending modes back."""
+    made = survey(np.random.default_rng(11), maps=300, laps=1, radius=100.0)
+    worse = tuple(spoiled(one, np.random.default_rng(k), (1.0, 1.0, 4.4)) for k, one in enumerate(made.maps))
+    joint = join_point_maps(worse)
+    assert joint.converged
+    assert len(joint.iterations) < 15
+    assert joint.chi2 / joint.dof < 1.3  # the odometry keeps its first error beside the added one
+
+
+def test_maps_known_to_a_nanometre_are_joined_as_well() -> None:
+    """Steps that only rounding keeps from descending end the descent."""
+    rng, exact = np.random.default_rng(12), survey(np.random.default_rng(12), noise=0.0)
+    maps = []
+    for one in exact.maps:
+        P = 1e-16 * one.covariance
+        error = np.linalg.cholesky(P) @ rng.normal(size=len(P))
+        maps.append(
+            replace(one, end=one.end + error[:3], features=one.features + error[3:].reshape(-1, 2), covariance=P)
+        )
+    joint = join_point_maps(maps)
+    assert joint.converged
+    assert joint.chi2 / joint.dof == pytest.approx(1.0, abs=0.2)
+
+
+def test_maps_that_contradict_each_other_end_soon_and_say_so() -> None:
+    made = survey(np.random.default_rng(13), maps=20)
+    rng = np.random.default_rng(14)
+    mixed = tuple(replace(one, ids=rng.permutation(one.ids)) for one in made.maps)
+    joint = join_point_maps(mixed)
+    assert joint.chi2 / joint.dof > 100.0
+    assert len(joint.iterations) <= 102
+
+
+def test_one_map_is_its_own_joint_map() -> None:
+    one = survey(np.random.default_rng(15)).maps[0]
+    joint = join_point_maps([one])
+    assert joint.dof == 0
+    np.testing.assert_allclose(joint.poses[1], one.end, atol=1e-12)
+    np.testing.assert_allclose(joint.features, one.features, atol=1e-12)
+
+
+def spoiled(one, rng: np.random.Generator, times: tuple[float, float, float] = (10.0, 10.0, 10.0)):
+    """The map with its end pose known so many times worse, and independent of the features."""
+    scale = np.concatenate([times, np.ones(2 * len(one.ids))])
     P = one.covariance * scale[:, None] * scale
     P[:3, 3:], P[3:, :3] = 0.0, 0.0
     error = np.linalg.cholesky(P[:3, :3]) @ rng.normal(size=3)
@@ -142,12 +185,25 @@ def test_files_come_back_as_they_went(tmp_path: Path) -> None:
     np.testing.assert_array_equal(back.toarray(), joint.information.toarray())
 
 
+def test_whole_numbers_may_be_stored_as_floats(tmp_path: Path) -> None:
+    parts = arrays(survey(np.random.default_rng(16), maps=2).maps)
+    parts["id0"], parts["id1"] = parts["id0"].astype(float), parts["id1"].astype(np.uint64)
+    np.savez(tmp_path / "maps.npz", **parts)  # pyright: ignore[reportArgumentType]
+    assert all(one.ids.dtype == np.int64 for one in read_point_maps(tmp_path / "maps.npz"))
+
+
 def without(name: str) -> Callable[[Arrays], None]:
     return lambda parts: parts.__delitem__(name)
 
 
 def changed(name: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Arrays], None]:
     return lambda parts: parts.__setitem__(name, change(parts[name]))
+
+
+def renumbered(parts: Arrays) -> None:
+    """A gap before the last map."""
+    for name in ("x", "P", "id"):
+        parts[f"{name}9"] = parts.pop(f"{name}3")
 
 
 def skewed(P: np.ndarray) -> np.ndarray:
@@ -161,6 +217,8 @@ def skewed(P: np.ndarray) -> np.ndarray:
         (without("P1"), "array P1 is missing"),
         (without("id2"), "array id2 is missing"),
         (without("x1"), "array x1 is missing"),
+        (without("x3"), "array x3 is missing"),
+        (renumbered, "array x3 is missing"),
         (changed("x1", lambda x: x[:-1]), r"x1 must be \(\d+,\) and P1"),
         (changed("P2", lambda P: P[:-1]), r"P2 \(\d+, \d+\), not"),
         (changed("P0", skewed), "P0 is not symmetric"),
@@ -169,6 +227,8 @@ def skewed(P: np.ndarray) -> np.ndarray:
         (changed("x2", lambda x: x * np.nan), "x2 or P2 holds values that are not finite"),
         (changed("id1", lambda ids: ids + 0.5), "id1 must be a list of integers"),
         (changed("id1", lambda ids: ids[:, None]), "id1 must be a list of integers"),
+        (changed("id1", lambda ids: ids.astype(np.uint64) + np.uint64(2**63)), "id1 must be a list of integers"),
+        (changed("id1", lambda ids: ids.astype(str)), "id1 must be a list of integers"),
         (changed("id1", lambda ids: np.full_like(ids, 7)), "id1 names feature 7 twice"),
     ],
 )

@@ -96,7 +96,7 @@ def descend(problem: Problem, start: State, stopping: Stopping, progress: Progre
     for index in range(1, stopping.iterations + 1):
         if cancelled():
             raise Cancelled(f"the optimisation was cancelled after {index - 1} iterations")
-        step, new, new_cost, damping = _descending_step(problem, state, cost, damping)
+        step, new, new_cost, damping = _descending_step(problem, state, cost, damping, stopping.move)
         largest_move = float(np.linalg.norm(step.poses[:, :2], axis=1).max(initial=0.0))
         elapsed = perf_counter() - began
         record = IterationRecord(index, new_cost, step.norm, largest_move, elapsed, new.poses, new.control_points)
@@ -108,8 +108,13 @@ def descend(problem: Problem, start: State, stopping: Stopping, progress: Progre
     return Descent(state, tuple(records), False)
 
 
-def _descending_step(problem: Problem, state: State, cost: float, damping: float) -> tuple[State, State, float, float]:
-    """The least damped step that does not climb: the step, the state and cost behind it, the damping to go on with."""
+def _descending_step(
+    problem: Problem, state: State, cost: float, damping: float, rest: float
+) -> tuple[State, State, float, float]:
+    """The least damped step that does not climb: the step, the state and cost behind it, the damping to go on with.
+
+    An undamped step of less than `rest` that climbs is rounding: the state is the optimum and stays.
+    """
     linearised = problem.linearise(state)
     while True:
         try:
@@ -122,6 +127,8 @@ def _descending_step(problem: Problem, state: State, cost: float, damping: float
             new_cost = problem.cost(new)
             if new_cost <= cost + ROUNDING * (1.0 + cost):
                 return step, new, new_cost, damping / 10 if damping > 1e-2 else 0.0
+            if damping == 0.0 and step.largest <= rest:
+                return step, state, cost, 0.0
         if damping > LARGEST_DAMPING:
-            raise SolverError(f"no step lowers the cost of {cost:.6g}: the factors contradict their Jacobians")
+            raise SolverError(f"no step lowers the cost of {cost:.6g}: its terms are too far apart for the arithmetic")
         damping = max(10 * damping, 1.0)

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Int
 
 from bspline_slam import se2
+from bspline_slam.backends.gauss_newton import STEP_INFORMATION
 from bspline_slam.backends.local_maps import WORLD, LocalMaps, Statement
 from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 
@@ -26,7 +27,7 @@ def local_maps_of(graph: Graph) -> LocalMaps:
         maps[int(seen[points].max())].append(_of_points(shape, WORLD))
     for prior in graph.pose_priors:
         maps[prior.pose].append(_of_prior(prior))
-    return LocalMaps.from_statements(maps)
+    return LocalMaps.from_statements(maps, hold=STEP_INFORMATION)
 
 
 def first_seen(graph: Graph) -> Int[np.ndarray, "N"]:

@@ -1,16 +1,20 @@
 """I-SLSJF: local maps joined one after another, all of them linearised again wherever the state moves.
 
 After Huang et al. 2008. Each local map is one observation of the joint state, and joining adds its information to the
-sum. New states start where their map puts them, from the estimate of its frame. The joint system is solved by a
-sparse factor in minimum-degree order, which is found anew as the state grows; while a step moves it by more than
-1 cm or 0.01 rad, all maps joined so far are linearised again at the new estimate and summed again: Gauss-Newton on
-local maps. Maps are summed in groups that grow with the joint map, so that all the solving costs a few times the last
-one; a group that does not fit is taken back and joined in smaller ones, down to single maps.
+sum. New states start where their map puts them, from the estimate of its frame. While a step moves the state by more
+than 1 cm or 0.01 rad, all maps joined so far are linearised again at the new estimate and summed again, at most 10
+times: Gauss-Newton on local maps. Its steps are not damped, for the way to the optimum of a long chain leads uphill:
+the first one bends it and stretches it, the next ones take the stretching back.
+
+The published filter refactors its matrix with every map, nearby states last so that little of it changes. Here maps
+are summed in groups that double the joint map and factorised in minimum-degree order: all the solving then costs
+about twice the last one, which is less than any update of the factor map by map. A group that does not settle or
+does not fit is taken back and joined in smaller ones, down to single maps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,12 +31,12 @@ from bspline_slam.backends.statistics import degrees_of_freedom
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph
 
-GROWTH = 0.3
-"""Largest group of maps summed before the next solving, as a fraction of those joined."""
 MOVED = Stopping(decrease=1.0, move=0.01, iterations=10)
 """While joining: linearised again when the state moves by more than 0.01, at most 10 times."""
 MISFIT = 2.0
 """A group does not fit when it multiplies χ² per residual by this and adds as much."""
+PATIENCE = 20
+"""Groups taken back before the maps are believed to contradict each other; then misfits are left to the descent."""
 
 
 class Islsjf:
@@ -97,24 +101,44 @@ def join(
 def join_in_order(maps: LocalMaps, start: State, cancelled: Cancelling = never) -> State:
     """The state that joining in groups arrives at. `start` says how each map's states lie to each other at first."""
     state, placed = start, Placed.nothing(start)
-    done, group, misfit = 0, 1, 0.0
-    while done < len(maps):
+    done, group, misfit, setbacks = 0, 1, 0.0, 0
+
+    def check() -> None:
         if cancelled():
             raise Cancelled(f"the joining was cancelled after {done} of {len(maps)} local maps")
+
+    while done < len(maps):
         count = min(done + group, len(maps))
-        tried, now_placed = placed_by(maps.part(done, count), start, state, placed)
+        guess, now_placed = placed_by(maps.part(done, count), start, state, placed)
         joined = maps.part(0, count)
-        try:
-            tried = descend(joined, tried, MOVED, silent, never).state
-            tried_misfit = 2.0 * joined.cost(tried) / len(joined.b)
-        except SolverError:
-            tried_misfit = np.inf
-        if group > 1 and tried_misfit > MISFIT * (1.0 + misfit):
-            group = group // 2
+        settled = settle(joined, guess, check)
+        fits = settled is not None and misfit_of(joined, settled) <= MISFIT * (1.0 + misfit)
+        if not fits and group > 1 and setbacks < PATIENCE:
+            group, setbacks = group // 2, setbacks + 1
             continue
-        state, placed, misfit, done = tried, now_placed, tried_misfit, count
-        group = max(1, min(2 * group, int(GROWTH * done)))
+        state = settled if fits and settled is not None else descend(joined, guess, MOVED, silent, cancelled).state
+        placed, misfit, done = now_placed, misfit_of(joined, state), count
+        group = min(2 * group, done)
     return state
+
+
+def settle(maps: LocalMaps, state: State, check: Callable[[], None]) -> State | None:
+    """Where undamped Gauss-Newton steps come to rest; None where they do not, or the maps leave something open."""
+    for _ in range(MOVED.iterations):
+        check()
+        try:
+            step = maps.linearise(state).step(0.0)
+        except SolverError:
+            return None
+        state = state.moved(step)
+        if step.largest <= MOVED.move:
+            return state
+    return None
+
+
+def misfit_of(maps: LocalMaps, state: State) -> float:
+    """χ² per residual."""
+    return 2.0 * maps.cost(state) / len(maps.b)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -15,7 +15,7 @@ from scipy.sparse import block_diag, coo_array, csc_array, csr_array, diags_arra
 from scipy.sparse.linalg import splu
 
 from bspline_slam import se2
-from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
+from bspline_slam.backends.gauss_newton import State
 from bspline_slam.errors import SolverError
 
 WORLD = -1
@@ -44,7 +44,8 @@ class LocalMaps:
 
     Pose k of the list is `pose[k]` in frame `pose_frame[k]` and fills three rows of h from `pose_row[k]`, with a
     Cauchy kernel of width `kernel[k]` on the residuals from `kernel_row[k]`; a point fills two rows. `begin[i]`
-    says where map i begins among poses, points, rows of h, and residuals.
+    says where map i begins among poses, points, rows of h, and residuals. `hold` is the information that holds each
+    step where maps leave directions open.
     """
 
     pose: Int[np.ndarray, "p"]
@@ -60,10 +61,11 @@ class LocalMaps:
     z: Float[np.ndarray, "d"]
     b: Float[np.ndarray, "r"]
     begin: Int[np.ndarray, "k1 4"]
+    hold: float
 
     @classmethod
-    def from_statements(cls, maps: Sequence[Sequence[Statement]]) -> LocalMaps:
-        """The maps, each a list of statements."""
+    def from_statements(cls, maps: Sequence[Sequence[Statement]], hold: float = 0.0) -> LocalMaps:
+        """The maps, each a list of statements; those that leave directions open need an information to `hold` steps."""
         flat = [statement for one in maps for statement in one]
         poses = np.array([len(statement.poses) for statement in flat], dtype=np.int64)
         points = np.array([len(statement.points) for statement in flat], dtype=np.int64)
@@ -89,6 +91,7 @@ class LocalMaps:
             _joined([statement.z for statement in flat], float),
             _joined([statement.b for statement in flat], float),
             begins[np.append(0, np.cumsum([len(one) for one in maps]))],
+            hold,
         )
 
     def __len__(self) -> int:
@@ -112,6 +115,7 @@ class LocalMaps:
             self.z[rows],
             self.b[residuals],
             self.begin[first : last + 1] - low,
+            self.hold,
         )
 
     def residual(self, state: State) -> Float[np.ndarray, "r"]:
@@ -148,7 +152,7 @@ class LocalMaps:
         jacobian = self.jacobian(state)
         scaled = diags_array(rows) @ jacobian
         gradient = jacobian.T @ (self.W.T @ (residuals * e))
-        return JointInformation(csc_array(scaled.T @ (self.gram @ scaled)), gradient, len(state.poses))
+        return JointInformation(csc_array(scaled.T @ (self.gram @ scaled)), gradient, len(state.poses), self.hold)
 
     def jacobian(self, state: State) -> csr_array:
         """∂h/∂X; unknowns are the poses (x, y, θ), then the points (x, y)."""
@@ -185,16 +189,19 @@ class JointInformation:
     matrix: csc_array
     gradient: Float[np.ndarray, "u"]
     poses: int
+    hold: float
 
     def step(self, damping: float) -> State:
-        """−(H + (STEP_INFORMATION + damping)·I)⁻¹ gradient. Raises SolverError where that is singular."""
-        held = csc_array(self.matrix + (STEP_INFORMATION + damping) * eye_array(len(self.gradient)))
+        """−(H + (hold + damping)·I)⁻¹ gradient; what no map speaks of stays. Raises SolverError where singular."""
+        known = np.flatnonzero(self.matrix.diagonal() > 0.0)
+        held = csc_array(self.matrix[known][:, known] + (self.hold + damping) * eye_array(len(known)))
         options = {"SymmetricMode": True}
         try:
             factor = splu(held, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
         except RuntimeError as error:
             raise SolverError("the joint map is singular: its local maps leave something open") from error
-        solution = -factor.solve(self.gradient)
+        solution = np.zeros(len(self.gradient))
+        solution[known] = -factor.solve(self.gradient[known])
         return State(solution[: 3 * self.poses].reshape(-1, 3), solution[3 * self.poses :].reshape(-1, 2))
 
 
