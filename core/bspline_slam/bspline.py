@@ -10,6 +10,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam.errors import GeometryError
+from bspline_slam.kernels import basis as kernels
+
+QUARTERS = np.arange(4) / 4
 
 
 def clamped_knots(count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
@@ -35,28 +38,7 @@ def basis_rows(
     the domain
     continue the polynomial of the end piece.
     """
-    count = len(knots) - degree - 1
-    t = np.asarray(t, dtype=float)
-    last = int(np.searchsorted(knots, knots[count], side="left")) - 1
-    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
-    if derivative > degree:
-        return span - degree, np.zeros((len(t), degree + 1))
-    values = np.ones((len(t), 1))
-    for p in range(1, degree + 1):
-        raised = np.zeros((len(t), p + 1))
-        differentiate = p > degree - derivative
-        for r in range(p):
-            low, high = knots[span - p + 1 + r], knots[span + 1 + r]
-            width = high - low
-            if differentiate:
-                slope = p * values[:, r] / width
-                raised[:, r] -= slope
-                raised[:, r + 1] += slope
-            else:
-                raised[:, r] += (high - t) / width * values[:, r]
-                raised[:, r + 1] += (t - low) / width * values[:, r]
-        values = raised
-    return span - degree, values
+    return kernels.basis_rows(knots, degree, np.asarray(t, dtype=float), derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +93,7 @@ class BSpline:
         """Unit normals, the tangent turned left."""
         tangent = self(t, derivative=1)
         tangent = tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
-        return np.stack([-tangent[:, 1], tangent[:, 0]], -1)
+        return tangent[:, ::-1] * (-1.0, 1.0)
 
     @cached_property
     def _dense(self) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
@@ -124,7 +106,8 @@ class BSpline:
     ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
         """Parameters and points at most about `spacing` metres apart, over the domain or a part of it."""
         a, b = span or self.domain
-        coarse = np.linspace(a, b, 4 * len(self.control_points) + 1)
+        breaks = np.unique(np.clip(self.knots, a, b))
+        coarse = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * QUARTERS).ravel(), b)
         length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self(coarse), axis=0), axis=1))])
         wanted = np.linspace(0.0, length[-1], max(int(np.ceil(length[-1] / spacing)), 1) + 1)
         t = np.interp(wanted, length, coarse)

@@ -68,16 +68,20 @@ class LoopClosure:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Proposal:
-    """A closure in key-scan numbers, with the reach of the window in which it was found."""
+    """A closure, and the factor that it is between two key scans."""
 
-    i: int
-    j: int
     closure: LoopClosure
-    reach: float
+    factor: PoseFactor
 
-    def factor(self, config: LoopConfig) -> PoseFactor:
-        root = square_root(np.linalg.inv(self.closure.covariance))
-        return PoseFactor(self.i, self.j, self.closure.measured, root, "loop", config.kernel)
+    @property
+    def i(self) -> int:
+        """The earlier key scan, by its number among key scans."""
+        return self.factor.i
+
+    @property
+    def j(self) -> int:
+        """The later key scan."""
+        return self.factor.j
 
 
 def candidates(keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], reach: float, config: LoopConfig) -> list[int]:
@@ -122,12 +126,12 @@ def propose(
     found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
     match = settle(place, keys[j].points, found, score, matching)
     accepted, reason = judge(match, config)
-    covariance = np.linalg.inv(matched_information(match, tracking) + 1e-6 * np.eye(3))
+    information = matched_information(match, tracking) + 1e-6 * np.eye(3)
     measured = se2.between(poses[i], match.pose)
     closure = LoopClosure(
-        keys[i].scan, keys[j].scan, measured, covariance, match.score, match.inliers, accepted, reason
+        keys[i].scan, keys[j].scan, measured, np.linalg.inv(information), match.score, match.inliers, accepted, reason
     )
-    return Proposal(i, j, closure, reach)
+    return Proposal(closure, PoseFactor(i, j, measured, square_root(information), "loop", config.kernel))
 
 
 def judge(match: Match, config: LoopConfig) -> tuple[bool, str]:

@@ -28,21 +28,22 @@ def compose(a: Pose, b: Pose) -> Pose:
     """a ⊕ b: the pose b, given in frame a, in the frame that a is given in."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
-    return np.stack(
-        [
-            a[..., 0] + c * b[..., 0] - s * b[..., 1],
-            a[..., 1] + s * b[..., 0] + c * b[..., 1],
-            wrap(a[..., 2] + b[..., 2]),
-        ],
-        -1,
-    )
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out[..., 0] = a[..., 0] + c * b[..., 0] - s * b[..., 1]
+    out[..., 1] = a[..., 1] + s * b[..., 0] + c * b[..., 1]
+    out[..., 2] = wrap(a[..., 2] + b[..., 2])
+    return out
 
 
 def inverse(a: Pose) -> Pose:
     """⊖a: the pose with compose(a, inverse(a)) = identity."""
     a = np.asarray(a, dtype=float)
     c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
-    return np.stack([-c * a[..., 0] - s * a[..., 1], s * a[..., 0] - c * a[..., 1], wrap(-a[..., 2])], -1)
+    out = np.empty_like(a)
+    out[..., 0] = -c * a[..., 0] - s * a[..., 1]
+    out[..., 1] = s * a[..., 0] - c * a[..., 1]
+    out[..., 2] = wrap(-a[..., 2])
+    return out
 
 
 def between(a: Pose, b: Pose) -> Pose:
@@ -55,7 +56,10 @@ def transform(a: Pose, points: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarr
     a, points = np.asarray(a, dtype=float), np.asarray(points, dtype=float)
     c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
     x, y = points[..., 0], points[..., 1]
-    return np.stack([a[..., 0] + c * x - s * y, a[..., 1] + s * x + c * y], -1)
+    out = np.empty((*np.broadcast_shapes(a.shape[:-1], points.shape[:-1]), 2))
+    out[..., 0] = a[..., 0] + c * x - s * y
+    out[..., 1] = a[..., 1] + s * x + c * y
+    return out
 
 
 def rotate(a: Pose, vectors: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarray, "*#batch 2"]:

@@ -232,8 +232,7 @@ class Slam:
         self._tracker.move(back_end("pose_graph", Stopping(1e-5, 1e-4, 20)).solve(graph).poses)
 
     def _pose_factors(self) -> tuple[PoseFactor, ...]:
-        loops = (proposal.factor(self.config.loops) for proposal in self._closer.accepted)
-        return (*self._tracker.factors, *loops)
+        return (*self._tracker.factors, *(proposal.factor for proposal in self._closer.accepted))
 
     def _rebuild(self) -> None:
         """The map built anew at the present poses; splines keep the ids of those that the same segments began."""

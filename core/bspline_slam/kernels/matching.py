@@ -5,6 +5,9 @@ import math
 import numpy as np
 from numba import njit
 
+STILL = 1e-5
+"""A step of Gauss–Newton below this (m and rad) changes nothing that anybody could see."""
+
 
 @njit(cache=True)
 def normals_of_runs(points, runs, reach, turn_limit):
@@ -65,21 +68,26 @@ def thin(points, cell):
 
 @njit(cache=True)
 def likelihood_field(points, origin, shape, cell, sigma):
-    """Field of exp(−d²/2σ²) of the distance to the nearest point, by stamping."""
-    field = np.zeros((shape[0], shape[1]), np.float32)
+    """Field of exp(−d²/2σ²) of the distance to the nearest point, 0 beyond 2.5 σ."""
     reach = int(math.ceil(2.5 * sigma / cell))
+    nearest = np.full((shape[0], shape[1]), np.float32(np.inf))
     for k in range(len(points)):
         fx = (points[k, 0] - origin[0]) / cell
         fy = (points[k, 1] - origin[1]) / cell
         ix, iy = int(math.floor(fx)), int(math.floor(fy))
         for i in range(max(0, ix - reach), min(shape[0], ix + reach + 1)):
+            dx = i + 0.5 - fx
             for j in range(max(0, iy - reach), min(shape[1], iy + reach + 1)):
-                dx = (i + 0.5 - fx) * cell
-                dy = (j + 0.5 - fy) * cell
-                value = np.float32(math.exp(-0.5 * (dx * dx + dy * dy) / (sigma * sigma)))
-                if value > field[i, j]:
-                    field[i, j] = value
-    return field
+                dy = j + 0.5 - fy
+                square = np.float32(dx * dx + dy * dy)
+                if square < nearest[i, j]:
+                    nearest[i, j] = square
+    scale = -0.5 * (cell / sigma) ** 2
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            square = nearest[i, j]
+            nearest[i, j] = math.exp(scale * square) if square < np.inf else 0.0
+    return nearest
 
 
 @njit(cache=True)
@@ -236,16 +244,17 @@ def refine(
 ):  # fmt: skip
     """Point-to-line Gauss–Newton with a Cauchy kernel (scale 2σ) and a Gaussian prior on the pose.
 
-    One iteration per entry of `gates`. Returns the pose, the information matrix of the beams alone (3, 3), the share
-    of points within `inlier_gate` of a target line, and the RMS of those.
+    One iteration per entry of `gates`, but none that would move nothing. Returns the pose, the information matrix of
+    the beams alone (3, 3), the share of points within `inlier_gate` of a target line, and the RMS of those.
     """
     x, y, theta = pose[0], pose[1], pose[2]
     information = np.zeros((3, 3))
     inliers = 0
     squares = 0.0
     n = len(points)
+    settled = False
     for it in range(len(gates) + 1):
-        last = it == len(gates)
+        last = settled or it == len(gates)
         gate = inlier_gate if last else gates[it]
         c, s = math.cos(theta), math.sin(theta)
         H = np.zeros((3, 3))
@@ -293,6 +302,8 @@ def refine(
         x -= step_x
         y -= step_y
         theta -= step_theta
+        moved = abs(step_x) + abs(step_y) + abs(step_theta)
+        settled = gate == gates[-1] and moved < STILL
     rms = math.sqrt(squares / inliers) if inliers else 0.0
     return np.array([x, y, theta]), information, inliers / max(n, 1), rms
 
