@@ -26,8 +26,7 @@ Cancelling = Callable[[], bool]
 STAGES = {
     "scans": "Matching scans and growing the map",
     "pose graph": "Solving the pose graph",
-    "adjustment 1 of 2": "Adjusting the map, 1 of 2",
-    "adjustment 2 of 2": "Adjusting the map, 2 of 2",
+    "adjustment": "Adjusting the map",
     "scans between": "Placing the scans between key scans",
 }
 """The pipeline's stages in words for a terminal."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.association import (
@@ -32,13 +32,14 @@ BUCKET = 0.3
 
 @dataclass(eq=False, slots=True)
 class _Sampled:
-    """A spline with its cached samples."""
+    """A spline with its cached samples, and the key scans that saw it (by scan index)."""
 
     spline: MapSpline
     t: Float[np.ndarray, "s"]
     points: Float[np.ndarray, "s 2"]
     normals: Float[np.ndarray, "s 2"]
     box: Float[np.ndarray, "4"]
+    seen_by: set[int]
 
     def end(self, *, forward: bool) -> tuple[Float[np.ndarray, "2"], Float[np.ndarray, "2"]]:
         """The last point of the curve (or its first) and the unit direction in which it leaves there."""
@@ -47,10 +48,10 @@ class _Sampled:
         return self.points[k], np.array([across[1], -across[0]])
 
 
-def _sampled(spline: MapSpline) -> _Sampled:
+def _sampled(spline: MapSpline, seen_by: set[int]) -> _Sampled:
     t, points = spline.sample(SAMPLE_SPACING)
     box = np.concatenate([points.min(0) - BUCKET, points.max(0) + BUCKET])
-    return _Sampled(spline, t, points, spline.curve.normals(t), box)
+    return _Sampled(spline, t, points, spline.curve.normals(t), box, seen_by)
 
 
 @dataclass
@@ -94,7 +95,8 @@ class MapBuilder:
         self._join_neighbours(scan, decided)
         for spline in {a.spline for a in decided if a.spline is not None}:
             held = self._splines[self.heir(spline)]
-            held.spline = replace(held.spline, observations=held.spline.observations + 1)
+            held.seen_by.add(scan)
+            held.spline = replace(held.spline, observations=len(held.seen_by))
         return tuple(replace(a, spline=None if a.spline is None else self.heir(a.spline)) for a in decided)
 
     def _explain(self, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]) -> list[Explanation]:
@@ -139,6 +141,27 @@ class MapBuilder:
         low, high = points.min(0), points.max(0)
         meets = (box[:, :2] <= high).all(1) & (box[:, 2:] >= low).all(1)
         return [held[k] for k in np.flatnonzero(meets)]
+
+    # -- moving along --------------------------------------------------------------------------------------------
+    def carry(
+        self, key_scans: Int[np.ndarray, "n"], before: Float[np.ndarray, "n 3"], after: Float[np.ndarray, "n 3"]
+    ) -> None:
+        """Let every spline go along with the key scans that saw it, as these moved from `before` to `after`."""
+        moves = se2.compose(after, se2.inverse(before))
+        for spline, held in self._splines.items():
+            seen = np.searchsorted(key_scans, sorted(held.seen_by))
+            curve = held.spline.curve
+            moved = curve.with_control_points(carried(curve.control_points, before[seen, :2], moves[seen]))
+            self._splines[spline] = _sampled(replace(held.spline, curve=moved), held.seen_by)
+
+    def forget(self, scan: int) -> None:
+        """Drop the splines that `scan` or a later one started, and that these saw the others."""
+        for spline, held in list(self._splines.items()):
+            if held.spline.born >= scan:
+                del self._splines[spline]
+            else:
+                held.seen_by = {seen for seen in held.seen_by if seen < scan} or {held.spline.born}
+                held.spline = replace(held.spline, observations=len(held.seen_by))
 
     # -- decisions ---------------------------------------------------------------------------------------------
     def _decide(
@@ -226,7 +249,7 @@ class MapBuilder:
         self.next_id = max(self.next_id, new + 1)
         length = float(cumulated_chords(points)[-1])
         self._splines[new] = _sampled(
-            MapSpline(new, curve, (0.0, length), scan, 0, (f"started by scan {scan}, {length:.2f} m",))
+            MapSpline(new, curve, (0.0, length), scan, 0, (f"started by scan {scan}, {length:.2f} m",)), {scan}
         )
         return new
 
@@ -240,7 +263,7 @@ class MapBuilder:
         if gain <= 0.0 or largest_distance(curve, span, points) > self.config.smooth:
             return False
         history = (*held.spline.history, f"grew by {gain:.2f} m at scan {scan}")
-        self._splines[spline] = _sampled(replace(held.spline, curve=curve, span=span, history=history))
+        self._splines[spline] = _sampled(replace(held.spline, curve=curve, span=span, history=history), held.seen_by)
         return True
 
     def _carries_on(self, held: _Sampled, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
@@ -281,6 +304,17 @@ class MapBuilder:
         older, other = (first.spline, second.spline) if first.spline.id == keep else (second.spline, first.spline)
         history = (*older.history, f"joined spline {gone} at scan {scan}")
         span = (0.0, float(cumulated_chords(points)[-1]))
-        observations = max(older.observations, other.observations)
-        self._splines[keep] = _sampled(MapSpline(keep, curve, span, min(older.born, other.born), observations, history))
+        seen_by = first.seen_by | second.seen_by
+        born = min(older.born, other.born)
+        self._splines[keep] = _sampled(MapSpline(keep, curve, span, born, len(seen_by), history), seen_by)
         self.heirs[gone] = keep
+
+
+def carried(
+    points: Float[np.ndarray, "n 2"], places: Float[np.ndarray, "k 2"], moves: Float[np.ndarray, "k 3"]
+) -> Float[np.ndarray, "n 2"]:
+    """World points moved by the mean of `moves` (motions of the world), nearer `places` counting for more (1/d²)."""
+    away = np.square(points[:, None] - places).sum(-1)
+    weight = 1.0 / (away + 1e-2)
+    moved = se2.transform(moves, points[:, None])
+    return np.einsum("nk,nkd->nd", weight / weight.sum(1, keepdims=True), moved)

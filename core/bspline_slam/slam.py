@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
@@ -34,7 +34,8 @@ class SlamConfig:
     """Everything that can be tuned, stage by stage; the defaults serve every log.
 
     `back_end` solves the adjustment. Splines seen by fewer than `least_observations` key scans leave the finished
-    map. The map is built anew when a loop closure has moved a key scan by more than `rebuild_move` (m).
+    map. The map goes along when a loop closure has moved a key scan by more than `rebuild_move` (m); it is built and
+    adjusted a second time where the adjustment moved two key scans by more than that against each other.
     """
 
     back_end: str = "direct"
@@ -172,15 +173,14 @@ class Slam:
         return self._snapshot(self._builder.map)
 
     def finish(self, progress: StageProgress = quiet, cancelled: Cancelling = never) -> Snapshot:
-        """Solve the pose graph, build the map anew at its poses, adjust everything, and once more. Raises
-        Cancelled."""
+        """Solve the pose graph, build the map anew at its poses, adjust everything; twice where that may change
+        associations. Raises Cancelled."""
         progress("pose graph", 0.0, None)
         self._relax()
-        self._rebuild()
-        _, estimate = self._adjusted(lambda f, r: progress("adjustment 1 of 2", f, r), cancelled)
-        self._tracker.move(estimate.poses)
-        self._rebuild()
-        splines, estimate = self._adjusted(lambda f, r: progress("adjustment 2 of 2", f, r), cancelled)
+        splines, estimate = self._built_and_adjusted(progress, cancelled)
+        if self._bent(estimate.poses) > self.config.rebuild_move:
+            self._tracker.move(estimate.poses)
+            splines, estimate = self._built_and_adjusted(progress, cancelled)
         self._tracker.move(estimate.poses)
         self._estimate = estimate
         snapshot = self._snapshot(splines)
@@ -196,15 +196,28 @@ class Slam:
         """Compare the new key scan with earlier places; relax the pose graph when closures say that it should
         move."""
         keys, poses = self._tracker.keys, np.array(self._tracker.key_poses)
-        before = len(self._closer.closures)
+        before, closed_at = len(self._closer.closures), self._closer.closed_at
         fresh = self._closer.look(keys, poses)
         self._solved_with += len(fresh)
         if fresh and (self._disagree(fresh, poses) or self._solved_with > 20):
             self._relax()
             moved = np.array(self._tracker.key_poses[:-1])[:, :2] - poses[:-1, :2]
             if np.abs(moved).max(initial=0.0) > self.config.rebuild_move:
-                self._rebuild()
+                self._carry(poses, closed_at)
         return tuple(self._closer.closures[before:])
+
+    def _carry(self, before: Float[np.ndarray, "n 3"], closed_at: float) -> None:
+        """The map goes along with its key scans; those since the last closure (m travelled) are read anew, for they
+        drew again what was there."""
+        after, n = np.array(self._tracker.key_poses), len(self._steps)
+        scans = np.array([step.scan for step in self._steps], dtype=np.int64)
+        self._builder.carry(scans, before[:n], after[:n])
+        self._steps = [replace(step, pose=pose) for step, pose in zip(self._steps, after, strict=False)]
+        since = next((k for k in range(n) if self._tracker.keys[k].travel > closed_at), n)
+        if since < n:
+            self._builder.inherited = self._inheritance()
+            self._builder.forget(self._steps[since].scan)
+            self._read(range(since, n))
 
     def _disagree(self, fresh: Sequence[Proposal], poses: Float[np.ndarray, "n 3"]) -> bool:
         """Whether a closure lies off the present estimate by more than the map's own tolerance."""
@@ -236,23 +249,38 @@ class Slam:
 
     def _rebuild(self) -> None:
         """The map built anew at the present poses; splines keep the ids of those that the same segments began."""
+        c = self.config
+        self._builder = MapBuilder(c.association, c.fitting, self._inheritance(), first_id=self._builder.next_id)
+        self._read(range(len(self._steps)))
+
+    def _inheritance(self) -> Callable[[int, int], int]:
+        """Which spline a segment belonged to: that which it begins when it is read anew takes this id again."""
         inherited: dict[tuple[int, int], int] = {}
         for step in self._steps:
             for association in step.associations:
                 if association.spline is not None:
                     inherited.setdefault((step.scan, association.segment), self._builder.heir(association.spline))
-        builder = MapBuilder(
-            self.config.association,
-            self.config.fitting,
-            lambda scan, segment: inherited.get((scan, segment), -1),
-            first_id=self._builder.next_id,
-        )
-        for k, step in enumerate(self._steps):
-            pose = self._tracker.key_poses[k]
-            associations = () if step.lost else builder.add(step.scan, pose, step.segments)
+        return lambda scan, segment: inherited.get((scan, segment), -1)
+
+    def _read(self, keys: Iterable[int]) -> None:
+        """Associate the segments of key scans anew, at their present poses."""
+        for k in keys:
+            step, pose = self._steps[k], self._tracker.key_poses[k]
+            associations = () if step.lost else self._builder.add(step.scan, pose, step.segments)
             self._steps[k] = replace(step, associations=associations, pose=pose)
             self._observations[k] = replace(self._observations[k], associations=associations)
-        self._builder = builder
+
+    def _built_and_adjusted(self, progress: StageProgress, cancelled: Cancelling) -> tuple[SplineMap, Estimate]:
+        self._rebuild()
+        return self._adjusted(lambda fraction, record: progress("adjustment", fraction, record), cancelled)
+
+    def _bent(self, poses: Float[np.ndarray, "n 3"]) -> float:
+        """By how much (m) these poses differ most from the present ones, each seen from those that it is tied to."""
+        factors = self._pose_factors()
+        i, j = (np.array([getattr(factor, end) for factor in factors], dtype=np.int64) for end in "ij")
+        before = np.array(self._tracker.key_poses)
+        off = se2.between(se2.between(before[i], before[j]), se2.between(poses[i], poses[j]))
+        return float(np.hypot(off[:, 0], off[:, 1]).max(initial=0.0))
 
     def _adjusted(
         self, progress: Callable[[float, IterationRecord | None], None], cancelled: Cancelling

@@ -9,7 +9,7 @@ import numpy as np
 from bspline_slam import se2
 from bspline_slam.association import Association, AssociationConfig, Verdict
 from bspline_slam.fitting import FittingConfig
-from bspline_slam.mapping import MapBuilder
+from bspline_slam.mapping import MapBuilder, carried
 from bspline_slam.segmentation import segment_scan
 from core.rooms import loop_path, room_scan
 
@@ -82,3 +82,29 @@ def test_a_rebuilt_map_keeps_its_ids() -> None:
     for k, pose in enumerate(poses):
         again.add(k, pose, segment_scan(room_scan(pose, rng, index=k)))
     assert {s.id for s in again.map if s.observations > 3} <= {s.id for s in first.map}
+
+
+def test_a_map_carried_along_turns_with_its_key_scans() -> None:
+    poses, move = loop_path(8), np.array([3.0, -2.0, 1.1])
+    builder, _ = built(poses)
+    before = builder.map
+    builder.carry(np.arange(8), poses, se2.compose(move, poses))
+    for old, new in zip(before, builder.map, strict=True):
+        assert (old.id, old.span) == (new.id, new.span)
+        np.testing.assert_allclose(se2.transform(move, old.curve.control_points), new.curve.control_points, atol=1e-9)
+
+
+def test_points_near_a_key_scan_go_with_it() -> None:
+    places = np.array([[0.0, 0.0], [10.0, 0.0]])
+    moves = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    moved = carried(np.array([[0.0, 0.1], [5.0, 0.0], [10.0, 0.1]]), places, moves)
+    np.testing.assert_allclose(moved, [[0.0, 0.1], [5.0, 0.5], [10.0, 1.1]], atol=2e-3)
+
+
+def test_what_later_scans_drew_is_forgotten() -> None:
+    poses = loop_path(20)
+    builder, _ = built(poses)
+    early, _ = built(poses[:12])
+    builder.forget(12)
+    assert {s.id for s in builder.map} <= {s.id for s in early.map}
+    assert all(s.born < 12 and s.observations <= 12 for s in builder.map)
