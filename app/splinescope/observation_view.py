@@ -42,7 +42,7 @@ class ObservationStep(Enum):
 class ObservationView:
     """One segment with its steps (sensor frame, which `pose` places in the world).
 
-    `association` is the decision about its piece number `piece` of `pieces`, `relation` what the piece is to its
+    `association` is the decision about its piece number `piece` of `pieces`, the longest first, `relation` what the piece is to its
     spline as the map has it now, or a sentence on why that cannot be told.
     """
 
@@ -81,7 +81,10 @@ def _taken_apart(scan: ScanView, segment: ScanSegment, world: MapView | None, pi
         steps = observation_steps(se2.transform(se2.inverse(sensor), segment.points))
     except GeometryError as error:
         return f"Segment {segment.index} cannot be observed: {error}."
-    mine = [association for association in scan.associations if association.segment == segment.index]
+    mine = sorted(
+        (association for association in scan.associations if association.segment == segment.index),
+        key=lambda association: association.first - association.last,
+    )
     chosen = mine[piece % len(mine)] if mine else None
     pose = se2.compose(scan.pose, sensor)
     relation = _relation(scan.scan, segment, chosen, world, pose)

@@ -79,7 +79,7 @@ def test_what_has_no_spline_says_why(scan: ScanView, world: MapView) -> None:
 def test_pieces_of_a_segment_are_gone_through_in_a_circle(scan: ScanView, world: MapView) -> None:
     whole = next(a for a in scan.associations if a.verdict is Verdict.MATCHED)
     middle = (whole.first + whole.last) // 2
-    cut = (replace(whole, last=middle), replace(whole, first=middle + 1))
+    cut = (replace(whole, last=middle + 2), replace(whole, first=middle + 3))
     two = replace(scan, associations=cut)
     seen = [view_observation(two, world, Selection("segment", whole.segment, sub)) for sub in range(3)]
     assert [view.piece for view in seen if isinstance(view, ObservationView)] == [0, 1, 0]

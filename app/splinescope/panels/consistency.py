@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import viser
 
+from bspline_slam.lab.innovations import MOST_SCANS
 from bspline_slam.lab.scan_test import ScanTest
 from splinescope import table
 from splinescope.activity import Work
@@ -24,7 +25,8 @@ NEES = (
 )
 NIS = (
     "How far the segments of a key scan lie from where all other scans expect them, by the noise of the laser and "
-    "without robust weights. What nothing else in the log expects is left out."
+    "without robust weights. What nothing else in the log expects is left out. Of a long log "
+    f"{MOST_SCANS} key scans, evenly spread, are tested."
 )
 
 
