@@ -42,8 +42,8 @@ class ObservationStep(Enum):
 class ObservationView:
     """One segment with its steps (sensor frame, which `pose` places in the world).
 
-    `association` is the decision about its piece number `piece` of `pieces`, the longest first, `relation` what the piece is to its
-    spline as the map has it now, or a sentence on why that cannot be told.
+    `association` is the decision about its piece number `piece` of `pieces`, the longest first; `relation` is what
+    that piece is to its spline as the map has it now, or a sentence on why that cannot be told.
     """
 
     scan: int

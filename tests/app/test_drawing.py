@@ -36,7 +36,7 @@ def test_up_is_up() -> None:
 def test_the_scale_bar_is_as_long_as_it_says(scale: float) -> None:
     axes = Axes((0.0, 0.0), (drawing.WIDTH / scale, 1.0), (0.0, 0.0, drawing.WIDTH, 100.0))
     bar = drawing.scale_bar(axes)
-    pixels = float(bar.split("h", 1)[1].split("v")[0])
+    pixels = float(bar.split("v4h")[1].split("v")[0])
     metres = float(bar.split(" m</text>")[0].rsplit(">", 1)[1])
     assert pixels == pytest.approx(metres * scale, abs=0.06)
     assert 0.1 * drawing.WIDTH < pixels <= 0.3 * drawing.WIDTH
