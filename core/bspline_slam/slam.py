@@ -366,13 +366,18 @@ def adjust(
 
 
 def marginals(
-    snapshot: Snapshot, name: str = "direct", poses: Sequence[int] = (), splines: Sequence[int] = ()
+    snapshot: Snapshot,
+    name: str = "direct",
+    poses: Sequence[int] = (),
+    splines: Sequence[int] = (),
+    cancelled: Cancelling = never,
 ) -> Marginals:
     """Marginal covariances of key poses (by position among the key scans) and of splines (by id), world frame.
 
-    Raises SolverError before the first adjustment.
+    Raises SolverError before the first adjustment, and Cancelled.
     """
     if snapshot.estimate is None:
         raise SolverError("covariances come with an adjustment: optimise first")
     known = {int(k) for k in snapshot.estimate.graph.spline_ids}
-    return back_end(name).covariances(snapshot.estimate, poses=poses, splines=[s for s in splines if s in known])
+    wanted = [s for s in splines if s in known]
+    return back_end(name).covariances(snapshot.estimate, poses=poses, splines=wanted, cancelled=cancelled)

@@ -10,7 +10,15 @@ from bspline_slam.backends.gauss_newton import State, Stopping, descend
 from bspline_slam.backends.marginals import spline_covariance
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
 from bspline_slam.backends.pattern import Blocks, Pattern, fill_splines, find_pattern, linearise_terms
-from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
+from bspline_slam.backends.protocol import (
+    Cancelling,
+    Estimate,
+    Marginals,
+    Progress,
+    never,
+    silent,
+    unless_cancelled,
+)
 from bspline_slam.backends.sparse_cholesky import Analysis, Factor
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.graph import Graph
@@ -72,12 +80,22 @@ class Direct:
         descent = descend(problem, start, self.stopping, progress, cancelled)
         return estimate_of(graph, problem.curves, problem.edges, descent)
 
-    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+    def covariances(
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
+    ) -> Marginals:
         """Blocks of the inverse of the Gauss-Newton matrix at the estimate, robust weights as they are there."""
         problem = FullProblem.from_graph(estimate.graph, whole_splines=True)
         factor = problem.linearise(State(estimate.poses, estimate.control_points)).factorise()
         pose_blocks, curve_blocks = factor.inverse_blocks()
         return Marginals(
             {pose: pose_blocks[pose] for pose in poses},
-            {spline: spline_covariance(curve_blocks, estimate.graph, spline) for spline in splines},
+            {
+                spline: spline_covariance(curve_blocks, estimate.graph, spline)
+                for spline in unless_cancelled(cancelled, splines)
+            },
         )

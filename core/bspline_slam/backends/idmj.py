@@ -27,7 +27,16 @@ from bspline_slam.backends.gauss_newton import Descent, Linearised, State, Stopp
 from bspline_slam.backends.marginals import spline_covariance
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
 from bspline_slam.backends.pattern import Blocks, Pattern, find_pattern, linearise_terms
-from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, Progress, never, silent
+from bspline_slam.backends.protocol import (
+    Cancelling,
+    Estimate,
+    IterationRecord,
+    Marginals,
+    Progress,
+    never,
+    silent,
+    unless_cancelled,
+)
 from bspline_slam.backends.sparse_cholesky import Analysis, Factor
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.errors import Cancelled
@@ -70,7 +79,14 @@ class Idmj:
         progress(records[-1])
         return estimate_of(graph, curves, edges, Descent(state, records, mapped.converged and located.converged))
 
-    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+    def covariances(
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
+    ) -> Marginals:
         """Of splines: blocks of the inverse of the relative feature information.
 
         Of poses: the covariance given the map, and that of the map carried through the poses' sensitivity to it. That
@@ -82,7 +98,7 @@ class Idmj:
         _, curve_blocks = factor.inverse_blocks()
         located = PosesInMap.from_terms(pack_curves(graph), pack_edges(graph), estimate.control_points)
         return Marginals(
-            {pose: located.covariance(pose, state.poses, factor) for pose in poses},
+            {pose: located.covariance(pose, state.poses, factor) for pose in unless_cancelled(cancelled, poses)},
             {spline: spline_covariance(curve_blocks, graph, spline) for spline in splines},
         )
 

@@ -26,7 +26,15 @@ from bspline_slam.backends.gauss_newton import STEP_INFORMATION, Descent, State,
 from bspline_slam.backends.marginals import control_points_of
 from bspline_slam.backends.one_pass import Watch
 from bspline_slam.backends.packing import pack_curves, pack_edges
-from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, Progress, never, silent
+from bspline_slam.backends.protocol import (
+    Cancelling,
+    Estimate,
+    Marginals,
+    Progress,
+    never,
+    silent,
+    unless_cancelled,
+)
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.backends.threads import single_thread
 from bspline_slam.errors import Cancelled, SolverError
@@ -186,10 +194,17 @@ class KeyScanFilter(ABC):
         end = State(np.array(state.poses), state.control_points)
         return estimate_of(graph, curves, edges, Descent(end, tuple(watch.records), converged=True))
 
-    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+    def covariances(
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
+    ) -> Marginals:
         """Of each pose as it was when its key scan came in, of splines after the last: the filter runs once more."""
         state = InformationFilter(as_filtered(estimate.graph), self.observation(estimate.graph))
-        for arrival in state.coming if poses or splines else ():
+        for arrival in unless_cancelled(cancelled, state.coming if poses or splines else ()):
             state.arrive(arrival)
         return Marginals(
             {pose: state.pose_covariances[pose] for pose in poses},

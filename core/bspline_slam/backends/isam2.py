@@ -59,9 +59,16 @@ class Isam2:
         watch.last(state)
         return estimate_of(graph, curves, edges, Descent(state, tuple(watch.records), converged))
 
-    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+    def covariances(
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
+    ) -> Marginals:
         """Those of `sam` at the estimate: the Bayes tree of the whole graph, linearised there."""
-        return Sam(self.stopping).covariances(estimate, poses=poses, splines=splines)
+        return Sam(self.stopping).covariances(estimate, poses=poses, splines=splines, cancelled=cancelled)
 
 
 class Smoother:

@@ -69,9 +69,16 @@ class Islsjf:
             degrees_of_freedom(graph),
         )
 
-    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+    def covariances(
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
+    ) -> Marginals:
         """Blocks of the inverse of the joint information, which is the Gauss-Newton matrix of `direct`."""
-        return Direct().covariances(estimate, poses=poses, splines=splines)
+        return Direct().covariances(estimate, poses=poses, splines=splines, cancelled=cancelled)
 
 
 def join(

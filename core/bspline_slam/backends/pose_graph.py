@@ -16,7 +16,16 @@ from bspline_slam.backends.gauss_newton import Descent, State, Stopping, descend
 from bspline_slam.backends.marginals import control_points_of
 from bspline_slam.backends.packing import pack_curves, pack_edges
 from bspline_slam.backends.pattern import find_pattern, linearise_terms
-from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, Progress, never, silent
+from bspline_slam.backends.protocol import (
+    Cancelling,
+    Estimate,
+    IterationRecord,
+    Marginals,
+    Progress,
+    never,
+    silent,
+    unless_cancelled,
+)
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.graph import Graph
@@ -55,7 +64,14 @@ class PoseGraph:
         progress(records[-1])
         return estimate_of(graph, curves, edges, Descent(state, tuple(records), descent.converged))
 
-    def covariances(self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()) -> Marginals:
+    def covariances(
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
+    ) -> Marginals:
         """Of poses: blocks of the inverse of the pose graph's own matrix, which knows of no spline.
 
         Of splines: the covariance given the poses, and that of the poses carried through the sensitivity of the
@@ -64,7 +80,7 @@ class PoseGraph:
         problem = FullProblem.from_graph(poses_alone(estimate.graph))
         factor = problem.linearise(State(estimate.poses, np.empty((0, 2)))).factorise()
         pose_blocks, _ = factor.inverse_blocks()
-        return Marginals({pose: pose_blocks[pose] for pose in poses}, propagated(estimate, factor, splines))
+        return Marginals({pose: pose_blocks[pose] for pose in poses}, propagated(estimate, factor, splines, cancelled))
 
 
 def poses_alone(graph: Graph) -> Graph:
@@ -79,14 +95,16 @@ def poses_alone(graph: Graph) -> Graph:
     )
 
 
-def propagated(estimate: Estimate, poses: Factor, splines: Sequence[int]) -> dict[int, Float[np.ndarray, "d d"]]:
+def propagated(
+    estimate: Estimate, poses: Factor, splines: Sequence[int], cancelled: Cancelling
+) -> dict[int, Float[np.ndarray, "d d"]]:
     """Covariances of control points solved given uncertain poses: H_cc⁻¹ + S Σ_poses Sᵀ, S = −H_cc⁻¹ H_c,poses."""
     graph, covariances = estimate.graph, {}
     curves, edges = pack_curves(graph), pack_edges(graph)
     pattern = find_pattern(curves, edges, len(graph.control_points))
     blocks = linearise_terms(curves, edges, pattern, State(estimate.poses, estimate.control_points))
     band = curve_band(blocks)
-    for spline in splines:
+    for spline in unless_cancelled(cancelled, splines):
         points = control_points_of(graph, spline)
         own_band = band[:, 2 * points[0] : 2 * points[-1] + 2]
         given_poses = solveh_banded(own_band, np.eye(2 * len(points)), lower=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.errors import Cancelled
 from bspline_slam.graph import Graph
 
 
@@ -51,6 +52,7 @@ class Marginals:
     splines: dict[int, Float[np.ndarray, "d d"]]
 
 
+T = TypeVar("T")
 Progress = Callable[[IterationRecord], None]
 Cancelling = Callable[[], bool]
 
@@ -64,14 +66,28 @@ def never() -> bool:
     return False
 
 
+def unless_cancelled(cancelled: Cancelling, wanted: Iterable[T]) -> Iterator[T]:
+    """What is wanted, one by one. Raises Cancelled before the first that nobody waits for any more."""
+    for each in wanted:
+        if cancelled():
+            raise Cancelled("the covariances were cancelled")
+        yield each
+
+
 @runtime_checkable
 class BackEnd(Protocol):
-    """A solver of graphs. `solve` raises Cancelled between iterations once `cancelled()` is true."""
+    """A solver of graphs. Once `cancelled()` is true, `solve` raises Cancelled between iterations, and `covariances`
+    between the blocks it is asked for."""
 
     name: str
 
     def solve(self, graph: Graph, *, progress: Progress = silent, cancelled: Cancelling = never) -> Estimate: ...
 
     def covariances(
-        self, estimate: Estimate, *, poses: Sequence[int] = (), splines: Sequence[int] = ()
+        self,
+        estimate: Estimate,
+        *,
+        poses: Sequence[int] = (),
+        splines: Sequence[int] = (),
+        cancelled: Cancelling = never,
     ) -> Marginals: ...

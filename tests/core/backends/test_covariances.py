@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
-from bspline_slam.backends import back_end
+from bspline_slam.backends import BACK_ENDS, back_end
 from bspline_slam.backends.protocol import Estimate
+from bspline_slam.errors import Cancelled
 
 
 def dense_matrix(estimate: Estimate) -> np.ndarray:
@@ -70,3 +73,13 @@ def test_pose_graph_marginals_know_no_spline(world):
         for name, estimate in estimates.items()
     }
     assert spread["direct"] < spread["pose_graph"]
+
+
+@pytest.mark.parametrize("name", [name for name in BACK_ENDS if name != "bs_slam"])  # which is `ekf` with beams
+def test_covariances_are_given_up_where_nobody_waits_for_them(world, name):
+    solver = back_end(name)
+    estimate = solver.solve(world(np.random.default_rng(3)).graph)
+    asked = itertools.count()
+    with pytest.raises(Cancelled):
+        solver.covariances(estimate, poses=range(12), splines=[100, 101], cancelled=lambda: next(asked) > 0)
+    assert next(asked) == 2
