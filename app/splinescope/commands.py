@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bspline_slam.scan import ScanLog
+from splinescope.recipe import Recipe
 from splinescope.view import Layer, Selection
 
 
@@ -141,15 +142,41 @@ class SetDark:
 
 
 @dataclass(frozen=True, slots=True)
-class ChooseBackEnd:
-    """Solve with this back end from now on."""
+class Choose:
+    """Run with this model, estimator, order and knots from now on."""
 
-    back_end: str
+    recipe: Recipe
+
+
+@dataclass(frozen=True, slots=True)
+class RunAgain:
+    """Run over the whole log with the choices made."""
 
 
 @dataclass(frozen=True, slots=True)
 class Optimise:
-    """Solve the whole map with the chosen back end."""
+    """Solve the map shown with the chosen back end."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShowResult:
+    """Show the result of this number."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class CompareWith:
+    """Lay the result of this number over the one shown; None for none."""
+
+    number: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteResult:
+    """Forget the result of this number."""
+
+    number: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +204,11 @@ Command = (
     | ShowObservation
     | StepObservation
     | SetDark
-    | ChooseBackEnd
+    | Choose
+    | RunAgain
     | Optimise
+    | ShowResult
+    | CompareWith
+    | DeleteResult
     | Cancel
 )

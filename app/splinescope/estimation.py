@@ -1,71 +1,72 @@
-"""The estimator's work on one log: asked for, listened to, taken into the findings."""
+"""The estimator's work on one log: asked for, listened to, taken into the findings; its results are all kept."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from bspline_slam.backends.protocol import IterationRecord
-from bspline_slam.slam import Snapshot
+from bspline_slam.errors import ConfigError
+from bspline_slam.slam import SlamConfig, Snapshot, check_names
 from splinescope import messages as told
 from splinescope.activity import Activity, Work, duration
 from splinescope.findings import Findings
 from splinescope.map_view import moved
 from splinescope.notice import Notice
+from splinescope.recipe import Recipe
+from splinescope.result import Result, Results
 from splinescope.solution import Solution
 
 
 class Estimator(Protocol):
     """Who computes: the worker's process, seen from here."""
 
-    def process(self, path: Path) -> int: ...
-    def solve(self, path: Path, kept: bytes, back_end: str) -> int: ...
-    def covariances(self, back_end: str) -> int: ...
+    def process(self, path: Path, config: SlamConfig) -> int: ...
+    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
     def cancel(self) -> None: ...
 
 
 class Estimation:
     """One job at a time; what it brings goes into `findings`, what a person has to know to `tell`.
 
-    `costs` are those of the running or latest solve, `solution` its figures. A solve that fails or is stopped leaves
-    the map that stood before.
+    Each job that ends with a map adds to `results`. One that fails or is stopped leaves the result shown before; the
+    map of a run over the log that was stopped is kept beside it, and shown where it is the first. `costs` are those
+    of the running solve or of the one behind the result shown.
     """
 
-    def __init__(
-        self,
-        estimator: Estimator,
-        findings: Findings,
-        path: Path,
-        tell: Callable[[Notice], None],
-    ) -> None:
+    def __init__(self, estimator: Estimator, findings: Findings, path: Path, tell: Callable[[Notice], None]) -> None:
         self._estimator = estimator
         self._findings = findings
         self._path = path
         self._tell = tell
         self._settled: Snapshot | None = None
-        self._kept: bytes | None = None
-        self._solver = "direct"
+        self._recipe = Recipe()
+        self._measuring: int | None = None
+        self._given_up: set[int] = set()
+        self.results = Results()
         self.activity: Activity | None = None
         self.costs: tuple[float, ...] = ()
-        self.solution: Solution | None = None
 
     # -- asking --------------------------------------------------------------------------------------------------
-    def process(self) -> None:
-        """Let the whole log be processed."""
-        self.activity = Activity(Work.PROCESSING, self._estimator.process(self._path), "Starting the estimator")
-
-    def solve(self, back_end: str) -> None:
-        """Let the map be solved by a back end, or say why not."""
-        refusal, snapshot, kept = self.refusal, self._findings.snapshot, self._kept
-        if refusal is not None or snapshot is None or kept is None:
-            self._tell(Notice("Nothing was optimised", refusal or "There is no map yet."))
+    def process(self, recipe: Recipe) -> None:
+        """Let the whole log be processed, or say why not."""
+        if self._refused("Nothing was run", self.run_refusal(recipe)):
             return
-        self._estimator.cancel()
-        self._settled, self._solver = snapshot, back_end
-        self.costs, self.solution = (), None
-        job = self._estimator.solve(self._path, kept, back_end)
+        self._begin(recipe, None)
+        self._findings.forget()
+        job = self._estimator.process(self._path, recipe.config())
+        self.activity = Activity(Work.PROCESSING, job, "Starting the estimator")
+
+    def solve(self, recipe: Recipe) -> None:
+        """Let the map shown be solved by the recipe's back end, or say why not."""
+        shown = self.results.shown
+        if self._refused("Nothing was optimised", self.solve_refusal(recipe)) or shown is None:
+            return
+        self._begin(recipe, shown.snapshot)
+        job = self._estimator.solve(self._path, shown.kept, recipe.config())
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -76,24 +77,104 @@ class Estimation:
         self._estimator.cancel()
         self.activity = replace(self.activity, stage="Stopping", fraction=None, seconds_left=None)
 
+    def _begin(self, recipe: Recipe, settled: Snapshot | None) -> None:
+        self._estimator.cancel()
+        self._recipe, self._settled, self.costs = recipe, settled, ()
+
+    def _refused(self, title: str, refusal: str | None) -> bool:
+        if refusal is not None:
+            self._tell(Notice(title, refusal))
+        return refusal is not None
+
     @property
     def busy(self) -> bool:
         """The map is being changed right now."""
         return self.activity is not None and self.activity.work in (Work.PROCESSING, Work.OPTIMISING)
 
     @property
-    def refusal(self) -> str | None:
-        """A sentence on what stands in the way of optimising now; None if nothing does."""
-        snapshot = self._findings.snapshot
+    def solution(self) -> Solution | None:
+        """The figures behind the result shown; None while another one is being made."""
+        shown = self.results.shown
+        return None if self.busy or shown is None else shown.solution
+
+    def run_refusal(self, recipe: Recipe) -> str | None:
+        """A sentence on what stands in the way of running over the log now; None if nothing does."""
+        if self.busy:
+            return "The estimator is at work; wait for its end, or cancel it."
+        try:
+            check_names(recipe.config())
+        except ConfigError as error:
+            return f"{str(error)[:1].upper()}{str(error)[1:]}."
+        return None
+
+    def solve_refusal(self, recipe: Recipe) -> str | None:
+        """A sentence on what stands in the way of solving the map shown now; None if nothing does."""
+        shown = self.results.shown
         if self.activity is not None and self.activity.work is Work.OPTIMISING:
             return "The map is being optimised already."
         if self.busy:
             return "The log is still being processed; wait for its end, or cancel it and optimise what is there."
-        if snapshot is None or not len(snapshot.key_scans):
+        if shown is None and self._findings.snapshot is not None:
+            return "What the map was made from was lost with the estimator. Run the whole log again to optimise it."
+        if shown is None or not len(shown.snapshot.key_scans):
             return "There is no map yet."
-        if self._kept is None:
-            return "What the map was made from was lost with the estimator. Open the log again to optimise it."
+        if not recipe.same_map(shown.recipe):
+            return "Another model, order or other knots shape the map from its first scan on: run the whole log again."
         return None
+
+    # -- results -------------------------------------------------------------------------------------------------
+    def show(self, number: int) -> None:
+        """Show another result, or say why not."""
+        result = self.results.find(number)
+        if self._refused("Nothing was changed", self._choice_refusal(result)) or result is None:
+            return
+        self._given_up.discard(number)
+        self.results = self.results.showing(result)
+        self._take(result)
+        self._measure()
+
+    def compare(self, number: int | None) -> None:
+        """Lay another result over the one shown; None for none."""
+        self.results = self.results.comparing(self.results.find(number))
+        self._measure()
+
+    def delete(self, number: int) -> None:
+        """Forget a result that is not shown, or say why not."""
+        result = self.results.find(number)
+        refusal = self._choice_refusal(result)
+        if result is not None and result is self.results.shown:
+            refusal = "The result that is shown stays; show another one before you delete it."
+        if self._refused("Nothing was deleted", refusal) or result is None:
+            return
+        self.results = self.results.without(result)
+
+    def _choice_refusal(self, result: Result | None) -> str | None:
+        if self.busy:
+            return "The estimator is at work; wait for its end, or cancel it."
+        return "There is no such result." if result is None else None
+
+    def _take(self, result: Result) -> None:
+        self._settled = result.snapshot
+        self._findings.take(result)
+        self.costs = result.solution.costs if result.solution is not None else ()
+
+    def _restore(self) -> None:
+        """Show again what was shown before a job that came to nothing."""
+        if self.results.shown is not None:
+            self._take(self.results.shown)
+        else:
+            self._findings.show(self._settled)
+
+    def _measure(self) -> None:
+        """Let missing figures of what is looked at be computed while the estimator has nothing else to do."""
+        if self.activity is not None:
+            return
+        for result in (self.results.shown, self.results.compared):
+            if result is not None and not result.measured and result.number not in self._given_up:
+                job = self._estimator.covariances(self._path, result.kept, result.recipe.config())
+                self.activity = Activity(Work.COVARIANCES, job, "Waiting its turn")
+                self._measuring = result.number
+                return
 
     # -- listening -----------------------------------------------------------------------------------------------
     def receive(self, message: told.Message) -> None:
@@ -112,17 +193,15 @@ class Estimation:
             case told.Iterated(record=record):
                 self._iterated(record)
             case told.CovariancesFound(splines=splines):
-                self._findings.know(splines)
+                self._learn(covariances=splines)
             case told.ConsistencyFound(tests=tests):
-                self._findings.consistency = tests
+                self._learn(consistency=tests)
             case told.Finished():
                 self._finished(activity, message)
             case told.Stopped():
                 self._stopped(activity, message)
             case told.Failed(sentence=sentence):
-                self.activity = None
-                self._findings.show(self._settled)
-                self._tell(Notice(f"{activity.work.value} failed", sentence, bad=True))
+                self._failed(activity, sentence)
 
     def _settle(self, snapshot: Snapshot) -> None:
         self._findings.show(snapshot)
@@ -133,28 +212,82 @@ class Estimation:
         if self._settled is not None:
             self._findings.show(moved(self._settled, record))
 
+    def _learn(self, **known: Any) -> None:
+        """Note what has become known of the result that is being measured, and show it where that one is shown."""
+        result = self.results.find(self._measuring)
+        if result is None:
+            return
+        was_shown, result = result is self.results.shown, replace(result, **known)
+        self.results = self.results.updated(result)
+        if was_shown:
+            self._findings.know(result)
+
     def _finished(self, activity: Activity, end: told.Finished) -> None:
         self.activity = None
-        if end.snapshot is None:
-            return
-        self._settle(end.snapshot)
-        self._kept, self.solution = end.kept, end.solution
-        if end.solution is not None:
-            self.costs = end.solution.costs
-        self._tell(done(activity, end.snapshot, end.solution))
-        self.activity = Activity(Work.COVARIANCES, self._estimator.covariances(self._solver), "Waiting its turn")
+        if end.snapshot is not None and end.kept is not None:
+            shown = self.results.shown
+            solved_from = shown.number if shown is not None and activity.work is Work.OPTIMISING else None
+            result = self._result(end.snapshot, end.kept, end.solution)
+            self._show_new(replace(result, solved_from=solved_from))
+            self._tell(done(activity, end.snapshot, end.solution))
+        if activity.work is Work.COVARIANCES:
+            self._learn(measured=True)
+        self._measure()
 
     def _stopped(self, activity: Activity, end: told.Stopped) -> None:
-        self.activity, snapshot = None, end.snapshot
-        if snapshot is not None:
-            self._settle(snapshot)
-            self._kept = end.kept
-            scans = len(self._findings.log) if self._findings.log is not None else 0
-            text = f"{len(snapshot.poses):,} of {scans:,} scans are in the map; it can be optimised."
-        else:
-            self._findings.show(self._settled)
-            text = "The map stands as it was before."
+        self.activity = None
+        match activity.work:
+            case Work.COVARIANCES:
+                text = self._given_up_on()
+            case Work.PROCESSING:
+                text = self._part_done(end)
+            case _:
+                self._restore()
+                text = UNCHANGED
         self._tell(Notice(f"{activity.work.value} was stopped", text))
+        self._measure()
+
+    def _part_done(self, end: told.Stopped) -> str:
+        """Keep what a run did before it was stopped; says what became of it."""
+        if end.snapshot is None or end.kept is None or not len(end.snapshot.key_scans):
+            self._restore()
+            return UNCHANGED
+        scans = len(end.snapshot.poses)
+        result = replace(self._result(end.snapshot, end.kept, None), stopped_after=scans)
+        if self.results.shown is None:
+            self._show_new(result)
+            of_all = len(self._findings.log) if self._findings.log is not None else 0
+            return f"{scans:,} of {of_all:,} scans are in the map; it can be optimised."
+        self.results = self.results.added(result, show=False)
+        self._restore()
+        return f"{UNCHANGED} The {scans:,} scans done are kept as result {result.number}."
+
+    def _given_up_on(self) -> str:
+        """Leave the covariances of what is looked at unknown until somebody asks again."""
+        looked_at = (self.results.shown, self.results.compared)
+        self._given_up |= {result.number for result in looked_at if result is not None}
+        return "The map stands. To have them computed after all, show the result again under Compare."
+
+    def _failed(self, activity: Activity, sentence: str) -> None:
+        self.activity = None
+        if activity.work is Work.COVARIANCES:
+            self._given_up_on()
+        else:
+            self._restore()
+        self._tell(Notice(f"{activity.work.value} failed", sentence, bad=True))
+        self._measure()
+
+    def _result(self, snapshot: Snapshot, kept: bytes, solution: Solution | None) -> Result:
+        findings = self._findings
+        number, steps = self.results.next_number, dict(findings.steps)
+        return Result(number, self._recipe, snapshot, steps, findings.processed, kept, solution)
+
+    def _show_new(self, result: Result) -> None:
+        self.results = self.results.added(result)
+        self._take(result)
+
+
+UNCHANGED = "The map stands as it was before."
 
 
 def done(activity: Activity, snapshot: Snapshot, solution: Solution | None) -> Notice:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.map_view import dead_reckoned, view_map
+from splinescope.result import Result
 from splinescope.scan_view import view_scan
 from splinescope.view import MapView, ScanView
 
@@ -27,7 +28,7 @@ class Findings:
         self.steps: dict[int, SlamStep] = {}
         self.processed = 0
         self.snapshot: Snapshot | None = None
-        self.covariances: dict[int, Float[np.ndarray, "d d"]] = {}
+        self.covariances: Mapping[int, Float[np.ndarray, "d d"]] = {}
         self.consistency: ScanConsistency | None = None
         self._map_view: MapView | None = None
         self._scan_view: tuple[tuple[object, ...], ScanView] | None = None
@@ -44,9 +45,22 @@ class Findings:
             self.snapshot, self.covariances, self._map_view = snapshot, {}, None
             self.consistency = None
 
-    def know(self, covariances: dict[int, Float[np.ndarray, "d d"]]) -> None:
-        """The covariances of the splines of this map."""
-        self.covariances, self._map_view = covariances, None
+    def forget(self) -> None:
+        """Nothing is known but the log: it will be processed from its beginning."""
+        self.steps, self.processed = {}, 0
+        self.show(None)
+
+    def take(self, result: Result) -> None:
+        """From now on this result is what is known."""
+        self.steps, self.processed = dict(result.steps), result.processed
+        self.show(result.snapshot)
+        self.know(result)
+
+    def know(self, result: Result) -> None:
+        """What is known by now of the result shown: covariances and consistency."""
+        self.consistency = result.consistency
+        if result.covariances is not self.covariances:
+            self.covariances, self._map_view = result.covariances, None
 
     def pose(self, index: int) -> Float[np.ndarray, "3"]:
         """Where scan `index` was taken, by the best that is known: the estimate, else odometry from its end."""

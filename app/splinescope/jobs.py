@@ -6,6 +6,7 @@ import logging
 import pickle
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from bspline_slam import slam
@@ -14,7 +15,7 @@ from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Snapshot
+from bspline_slam.slam import SlamConfig, Snapshot
 from splinescope.messages import (
     ConsistencyFound,
     CovariancesFound,
@@ -30,7 +31,7 @@ from splinescope.messages import (
     for_looking_at,
 )
 from splinescope.reporter import Reporter
-from splinescope.solution import solution_of
+from splinescope.solution import Solution, solution_of
 
 logger = logging.getLogger(__name__)
 
@@ -44,13 +45,13 @@ PARCEL = 50
 
 
 class Jobs:
-    """Does one request after the other; remembers the log and the latest map between them."""
+    """Does one request after the other; remembers the log and the latest map, so as not to unpack it again."""
 
     def __init__(self, send: Send) -> None:
         self._send = send
         self._path: Path | None = None
         self._log: ScanLog | None = None
-        self._snapshot: Snapshot | None = None
+        self._latest: Done | None = None
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -67,28 +68,19 @@ class Jobs:
     def _do(self, request: Request, cancelled: Cancelling) -> None:
         reporter = Reporter(request.job, self._send)
         match request:
-            case ProcessLog(path=path):
-                self._snapshot = None
-                self._snapshot = process(self._open(path), reporter, self._send, cancelled)
-            case SolveMap(path=path, kept=kept, back_end=back_end):
-                before = self._snapshot or pickle.loads(kept)
-                self._snapshot = optimise(self._open(path), before, back_end, reporter, self._send, cancelled)
-            case FindCovariances(back_end=back_end):
-                self._judge(self._snapshot, back_end, reporter, cancelled)
+            case ProcessLog(path=path, config=config):
+                self._latest = process(self._open(path), config, reporter, self._send, cancelled)
+            case SolveMap(path=path, kept=kept, config=config):
+                before = self._unpacked(kept)
+                self._latest = optimise(self._open(path), before, config, reporter, self._send, cancelled)
+            case FindCovariances(path=path, kept=kept, config=config):
+                judge(self._open(path), self._unpacked(kept), config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
 
-    def _judge(self, snapshot: Snapshot | None, back_end: str, reporter: Reporter, cancelled: Cancelling) -> None:
-        """Covariances as soon as they are known, then the slower tests of consistency."""
-        reporter.stage("Computing covariances")
-        found = covariances(snapshot, back_end)
-        self._send(CovariancesFound(reporter.job, found.splines))
-        if snapshot is None or self._log is None:
-            return
-        tests = scan_consistency(
-            snapshot, slam.SlamConfig(), found.poses, self._log.truth,
-            lambda share: reporter.progress("Testing consistency", share), cancelled,
-        )  # fmt: skip
-        self._send(ConsistencyFound(reporter.job, tests))
+    def _unpacked(self, kept: bytes) -> Snapshot:
+        if self._latest is None or self._latest.kept != kept:
+            self._latest = Done(pickle.loads(kept), kept)
+        return self._latest.snapshot
 
     def _open(self, path: Path) -> ScanLog:
         if self._log is None or path != self._path:
@@ -96,11 +88,23 @@ class Jobs:
         return self._log
 
 
-def process(log: ScanLog, reporter: Reporter, send: Send, cancelled: Cancelling) -> Snapshot:
+@dataclass(frozen=True, eq=False, slots=True)
+class Done:
+    """What a job made, and the same pickled for the page to keep."""
+
+    snapshot: Snapshot
+    kept: bytes
+
+    @classmethod
+    def of(cls, snapshot: Snapshot) -> Done:
+        return cls(snapshot, pickle.dumps(snapshot))
+
+
+def process(log: ScanLog, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling) -> Done:
     """The whole pipeline over one log, streaming what it does. A cancelled run keeps the map it has."""
     reporter.stage(PREPARING)
     start = time.monotonic()
-    pipeline = slam.Slam(log, cancelled=cancelled)
+    pipeline = slam.Slam(log, config, cancelled=cancelled)
     try:
         for step in pipeline.steps():
             reporter.step(step)
@@ -111,14 +115,21 @@ def process(log: ScanLog, reporter: Reporter, send: Send, cancelled: Cancelling)
         snapshot = pipeline.finish(reporter.progress, cancelled)
     except Cancelled:
         reporter.flush()
-        snapshot = pipeline.snapshot()
-        send_steps(snapshot, reporter.job, send)
-        send(Stopped(reporter.job, for_looking_at(snapshot), pickle.dumps(snapshot)))
+        done = Done.of(pipeline.snapshot())
+        send_steps(done.snapshot, reporter.job, send)
+        send(Stopped(reporter.job, for_looking_at(done.snapshot), done.kept))
     else:
-        solution = solution_of(slam.SlamConfig().back_end, before, snapshot, time.monotonic() - start)
+        solution = solution_of(log, config.back_end, before, snapshot, time.monotonic() - start)
         send_steps(snapshot, reporter.job, send)
-        send(Finished(reporter.job, for_looking_at(snapshot), solution, pickle.dumps(snapshot)))
-    return snapshot
+        done = finished(snapshot, solution, reporter.job, send)
+    return done
+
+
+def finished(snapshot: Snapshot, solution: Solution | None, job: int, send: Send) -> Done:
+    """The last word of a job that made a map."""
+    done = Done.of(snapshot)
+    send(Finished(job, for_looking_at(snapshot), solution, done.kept))
+    return done
 
 
 def send_steps(snapshot: Snapshot, job: int, send: Send) -> None:
@@ -128,20 +139,33 @@ def send_steps(snapshot: Snapshot, job: int, send: Send) -> None:
 
 
 def optimise(
-    log: ScanLog, before: Snapshot, back_end: str, reporter: Reporter, send: Send, cancelled: Cancelling
-) -> Snapshot:
-    """The map solved anew by one back end, streaming its iterations."""
+    log: ScanLog, before: Snapshot, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling
+) -> Done:
+    """The map solved anew by the back end of the configuration, streaming its iterations."""
     reporter.stage("Building the graph")
     start = time.monotonic()
-    snapshot = slam.adjust(log, before, slam.SlamConfig(), back_end, reporter.progress, cancelled)
-    solution = solution_of(back_end, before, snapshot, time.monotonic() - start)
-    send(Finished(reporter.job, for_looking_at(snapshot), solution, pickle.dumps(snapshot)))
-    return snapshot
+    snapshot = slam.adjust(log, before, config, config.back_end, reporter.progress, cancelled)
+    solution = solution_of(log, config.back_end, before, snapshot, time.monotonic() - start)
+    return finished(snapshot, solution, reporter.job, send)
 
 
-def covariances(snapshot: Snapshot | None, back_end: str) -> Marginals:
+def judge(
+    log: ScanLog, snapshot: Snapshot, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling
+) -> None:
+    """Covariances as soon as they are known, then the slower tests of consistency."""
+    reporter.stage("Computing covariances")
+    found = covariances(snapshot, config.back_end, cancelled)
+    send(CovariancesFound(reporter.job, found.splines))
+    tests = scan_consistency(
+        snapshot, config, found.poses, log.truth,
+        lambda share: reporter.progress("Testing consistency", share), cancelled,
+    )  # fmt: skip
+    send(ConsistencyFound(reporter.job, tests))
+
+
+def covariances(snapshot: Snapshot, back_end: str, cancelled: Cancelling) -> Marginals:
     """Covariances of all key poses and splines of a solved map; none where the map was never solved as a whole."""
-    if snapshot is None or snapshot.estimate is None:
+    if snapshot.estimate is None:
         return Marginals({}, {})
-    poses = tuple(range(len(snapshot.key_scans)))
-    return slam.marginals(snapshot, back_end, poses, tuple(int(i) for i in snapshot.estimate.graph.spline_ids))
+    poses, splines = tuple(range(len(snapshot.key_scans))), tuple(map(int, snapshot.estimate.graph.spline_ids))
+    return slam.marginals(snapshot, back_end, poses, splines, cancelled)

@@ -42,6 +42,7 @@ SCAN_LAYERS = (
 )
 MAP_LAYERS = (
     Layer.SPLINES,
+    Layer.COMPARED,
     Layer.CONTROL_POINTS,
     Layer.ELLIPSES,
     Layer.ESTIMATE,
@@ -84,6 +85,7 @@ BINDINGS: tuple[KeyBinding, ...] = (
     _layers("6", "the splines of the map", Layer.SPLINES),
     _layers("7", "points and ellipses of the map", Layer.CONTROL_POINTS, Layer.ELLIPSES),
     _layers("8", "the trajectories", Layer.ESTIMATE, Layer.ODOMETRY, Layer.TRUTH),
+    _layers("0", "the compared result", Layer.COMPARED),
     _layers("9", "loop closures", Layer.LOOPS),
 )
 

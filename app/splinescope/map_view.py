@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -18,7 +19,7 @@ from splinescope.view import MapView
 Poses = Float[np.ndarray, "m 3"]
 
 
-def view_map(log: ScanLog, snapshot: Snapshot | None, covariances: dict[int, np.ndarray]) -> MapView:
+def view_map(log: ScanLog, snapshot: Snapshot | None, covariances: Mapping[int, np.ndarray]) -> MapView:
     """What is known of the world: before the first snapshot that is the odometry alone."""
     estimate = snapshot.poses if snapshot is not None else np.zeros((0, 3))
     start = estimate[0] if len(estimate) else se2.IDENTITY

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.lab.scan_consistency import ScanConsistency
-from bspline_slam.slam import SlamStep, Snapshot
+from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 from splinescope.solution import Solution
 
 
@@ -20,24 +20,28 @@ class ProcessLog:
 
     job: int
     path: Path
+    config: SlamConfig
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SolveMap:
-    """Solve the map of a snapshot, `kept` as it was sent, made from the log at `path`, with one back end."""
+    """Solve the map of a snapshot, `kept` as it was sent, made from the log at `path`, as the configuration says."""
 
     job: int
     path: Path
     kept: bytes
-    back_end: str
+    config: SlamConfig
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class FindCovariances:
-    """Marginal covariances of all splines of the latest solved map, and how consistent it is."""
+    """Marginal covariances of a solved map, `kept` as it was sent, made as the configuration says, and how consistent
+    it is."""
 
     job: int
-    back_end: str
+    path: Path
+    kept: bytes
+    config: SlamConfig
 
 
 Request = ProcessLog | SolveMap | FindCovariances

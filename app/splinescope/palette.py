@@ -24,6 +24,8 @@ def _rgb(text: str) -> Colour:
 ORANGE, SKY, GREEN, YELLOW = _rgb("E69F00"), _rgb("56B4E9"), _rgb("009E73"), _rgb("F0E442")
 BLUE, VERMILION, PURPLE = _rgb("0072B2"), _rgb("D55E00"), _rgb("CC79A7")
 GREY = _rgb("8A949E")
+COMPARED = YELLOW
+"""The result that is laid over the one shown."""
 SPLINE_HUES = (SKY, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILION)
 MINIMUM_CONTRAST = 3.0  # WCAG 2.2, 1.4.11: what graphics need against their background
 

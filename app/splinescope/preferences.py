@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bspline_slam.backends import BACK_ENDS
 from splinescope.view import Layer
 
 log = logging.getLogger(__name__)
@@ -21,6 +20,7 @@ FIRST_LAYERS = frozenset(
         Layer.FITS,
         Layer.ASSOCIATIONS,
         Layer.SPLINES,
+        Layer.COMPARED,
         Layer.ESTIMATE,
         Layer.ODOMETRY,
         Layer.GRID,
@@ -37,7 +37,6 @@ class Preferences:
     dark: bool = True
     follow_robot: bool = False
     speed: float = 2.0
-    back_end: str = "direct"
 
     def to_json(self) -> str:
         """The file's text; layers by their names in the code, which outlive their labels."""
@@ -57,10 +56,8 @@ class Preferences:
 
 
 def _understood(told: dict[str, Any]) -> dict[str, Any]:
-    kinds = {"dark": bool, "follow_robot": bool, "speed": float, "back_end": str}
+    kinds = {"dark": bool, "follow_robot": bool, "speed": float}
     known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
-    if known.get("back_end") not in BACK_ENDS:
-        known.pop("back_end", None)
     if isinstance(told.get("layers"), list):
         known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])
     return known

@@ -13,13 +13,18 @@ from splinescope import commands as ask
 from splinescope.activity import Activity
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
+from splinescope.map_view import view_map
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.playback import Playback, play_axis
 from splinescope.preferences import Preferences
+from splinescope.recipe import Recipe
+from splinescope.result import Result, Results
 from splinescope.solution import Solution
 from splinescope.view import MapView, ScanView, Selection, View
+
+NO_LOG = "No log is open."
 
 
 class Session:
@@ -49,6 +54,8 @@ class Session:
         self.title = ""
         self.findings = Findings()
         self.estimation: Estimation | None = None
+        self.recipe = Recipe()
+        self._compared: tuple[Result, MapView] | None = None
         self.playback = Playback(speed=preferences.speed)
         self.following = True
         self.selection: Selection | None = None
@@ -79,7 +86,7 @@ class Session:
     def view(self) -> View:
         """One frame of the page."""
         chosen = self.preferences
-        return View(self.map_view, self.scan_view, chosen.layers, self.selection, chosen.dark)
+        return View(self.map_view, self.scan_view, chosen.layers, self.selection, chosen.dark, self.compared_view)
 
     @property
     def observation(self) -> ObservationView | str:
@@ -96,7 +103,7 @@ class Session:
 
     @property
     def solution(self) -> Solution | None:
-        """The figures of the latest solve."""
+        """The figures behind the result shown."""
         return self.estimation.solution if self.estimation is not None else None
 
     @property
@@ -110,9 +117,39 @@ class Session:
         return self.estimation is not None and self.estimation.busy
 
     @property
+    def results(self) -> Results:
+        """All that was made of the open log."""
+        return self.estimation.results if self.estimation is not None else Results()
+
+    @property
+    def result(self) -> Result | None:
+        """The result that is shown; while another one is being made, the one shown before."""
+        return self.results.shown
+
+    @property
+    def compared(self) -> Result | None:
+        """The result that is laid over what is shown: the chosen one, or the last one while a new one is made."""
+        return self.results.shown if self.busy else self.results.compared
+
+    @property
+    def compared_view(self) -> MapView | None:
+        """That result as the page draws it; the same object as long as it is the same result."""
+        result = self.compared
+        if result is None or self.log is None:
+            return None
+        if self._compared is None or self._compared[0] is not result:
+            self._compared = (result, view_map(self.log, result.snapshot, {}))
+        return self._compared[1]
+
+    @property
     def refusal(self) -> str | None:
         """A sentence on what stands in the way of optimising now; None if nothing does."""
-        return self.estimation.refusal if self.estimation is not None else "No log is open."
+        return self.estimation.solve_refusal(self.recipe) if self.estimation is not None else NO_LOG
+
+    @property
+    def run_refusal(self) -> str | None:
+        """A sentence on what stands in the way of running over the log now; None if nothing does."""
+        return self.estimation.run_refusal(self.recipe) if self.estimation is not None else NO_LOG
 
     # -- what happens --------------------------------------------------------------------------------------------
     def tick(self) -> None:
@@ -171,8 +208,10 @@ class Session:
                 self.observing = not self.observing if on is None else on
             case ask.StepObservation(by=by):
                 self._step_observation(by)
-            case ask.Optimise():
-                self._optimise()
+            case ask.Choose(recipe=recipe):
+                self.recipe = recipe
+            case ask.RunAgain() | ask.Optimise() | ask.ShowResult() | ask.CompareWith() | ask.DeleteResult():
+                self._estimate(command)
             case ask.Cancel():
                 self._cancel()
             case _:
@@ -212,31 +251,41 @@ class Session:
         if request != self.opening:
             return
         self._estimator.cancel()
-        self.opening, self.troubles, self.selection = None, (), None
+        self.opening, self.troubles, self.selection, self.recipe = None, (), None, Recipe()
         self.title = request.title or log.name
         self.findings = Findings(log)
         self.estimation = Estimation(self._estimator, self.findings, request.path, self.tell)
         self.playback = Playback(play_axis(log.times) if len(log) else np.zeros(0), speed=self.preferences.speed)
         self.following = self.fit_wanted = True
         if len(log):
-            self.estimation.process()
+            self.estimation.process(self.recipe)
 
     def _refused(self, request: ask.OpenLog, sentence: str) -> None:
         if request == self.opening:
             self.opening = None
         self.tell(Notice("This log cannot be opened", sentence, bad=True))
 
-    def _optimise(self) -> None:
+    def _estimate(self, command: ask.Command) -> None:
         if self.estimation is None:
-            self.tell(Notice("Nothing was optimised", self.refusal or ""))
-        else:
-            self.estimation.solve(self.preferences.back_end)
+            self.tell(Notice("Nothing was done", NO_LOG))
+            return
+        match command:
+            case ask.RunAgain():
+                self.estimation.process(self.recipe)
+            case ask.Optimise():
+                self.estimation.solve(self.recipe)
+            case ask.ShowResult(number=number):
+                self.estimation.show(number)
+            case ask.CompareWith(number=number):
+                self.estimation.compare(number)
+            case ask.DeleteResult(number=number):
+                self.estimation.delete(number)
 
     def _cancel(self) -> None:
         if self.opening is not None:
             self.opening = None
         elif self.estimation is None:
-            self.tell(Notice("Nothing to cancel", "No log is open."))
+            self.tell(Notice("Nothing to cancel", NO_LOG))
         else:
             self.estimation.cancel()
 
@@ -253,7 +302,5 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
             return replace(preferences, dark=not preferences.dark if dark is None else dark)
         case ask.FollowRobot(on=on):
             return replace(preferences, follow_robot=on)
-        case ask.ChooseBackEnd(back_end=back_end):
-            return replace(preferences, back_end=back_end)
         case _:
             return preferences

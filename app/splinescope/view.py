@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -28,6 +29,7 @@ class Layer(Enum):
     BREAKS = "Breakpoints and corners"
     ASSOCIATIONS = "Associations"
     SPLINES = "Map splines"
+    COMPARED = "Compared result"
     CONTROL_POINTS = "Map control points"
     ELLIPSES = "2σ ellipses of the map (86 %)"
     ESTIMATE = "Trajectory (estimate)"
@@ -68,7 +70,7 @@ class MapView:
     """
 
     map: SplineMap
-    covariances: dict[int, Float[np.ndarray, "d d"]]
+    covariances: Mapping[int, Float[np.ndarray, "d d"]]
     key_poses: Float[np.ndarray, "n 3"]
     key_scans: tuple[int, ...]
     loop_closures: tuple[LoopClosure, ...]
@@ -97,3 +99,4 @@ class View:
     layers: frozenset[Layer] = field(default_factory=frozenset)
     selection: Selection | None = None
     dark: bool = True
+    compared: MapView | None = None

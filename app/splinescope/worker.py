@@ -12,6 +12,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from bspline_slam.slam import SlamConfig
 from splinescope.messages import Failed, FindCovariances, Message, ProcessLog, Request, SolveMap
 
 NICENESS = 5
@@ -50,17 +51,17 @@ class Worker:
         """Number of the process in the system; None before it was first needed."""
         return self._process.pid if self._process is not None else None
 
-    def process(self, path: Path) -> int:
+    def process(self, path: Path, config: SlamConfig) -> int:
         """Ask for the whole pipeline over a log; returns the job's number."""
-        return self._ask(ProcessLog(self._job + 1, path))
+        return self._ask(ProcessLog(self._job + 1, path, config))
 
-    def solve(self, path: Path, kept: bytes, back_end: str) -> int:
-        """Ask for the map to be solved by a back end, `kept` being what came with it; returns the job's number."""
-        return self._ask(SolveMap(self._job + 1, path, kept, back_end))
+    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
+        """Ask for a map to be solved again, `kept` being what came with it; returns the job's number."""
+        return self._ask(SolveMap(self._job + 1, path, kept, config))
 
-    def covariances(self, back_end: str) -> int:
-        """Ask for the covariances of the latest map; returns the job's number."""
-        return self._ask(FindCovariances(self._job + 1, back_end))
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int:
+        """Ask for the covariances of a map, `kept` being what came with it; returns the job's number."""
+        return self._ask(FindCovariances(self._job + 1, path, kept, config))
 
     def cancel(self) -> None:
         """Stop every job asked for so far."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,28 +17,20 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.scan_test import ScanTest
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import ScanSegment, segment_scan
-from bspline_slam.slam import SlamStep, Snapshot
+from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 KEY_EVERY = 5
 PROGRESS = Callable[[str, float, IterationRecord | None], None]
 
 
-@dataclass(frozen=True)
-class SlamConfig:
-    """How long the stand-in pretends to think about each scan and each iteration (s)."""
-
-    seconds: float = 0.0
-    back_end: str = "direct"
-
-
 class Slam:
     """Makes one spline of every long segment of every key scan."""
 
     def __init__(
-        self, log: ScanLog, config: SlamConfig = SlamConfig(), *, cancelled: Callable[[], bool] = lambda: False
+        self, log: ScanLog, config: SlamConfig | None = None, *, cancelled: Callable[[], bool] = lambda: False
     ) -> None:
-        self._log, self._config, self._cancelled = log, config, cancelled
+        self._log, self._config, self._cancelled = log, config or SlamConfig(), cancelled
         self._poses: list[np.ndarray] = []
         self._steps: list[SlamStep] = []
         self._splines: list[MapSpline] = []
@@ -48,7 +39,6 @@ class Slam:
         for scan in self._log:
             if self._cancelled():
                 raise Cancelled("stopped")
-            time.sleep(self._config.seconds)
             odometry = self._log.odometry
             pose = np.zeros(3) if odometry is None else se2.between(odometry[0], odometry[scan.index])
             self._poses.append(pose)
@@ -98,7 +88,6 @@ def adjust(
     for index in range(11):
         if cancelled():
             raise Cancelled("stopped")
-        time.sleep(config.seconds)
         aside = 0.1 * (1 - 0.5**index) * np.array([1.0, 0.0, 0.0])
         record = IterationRecord(index, 1000.0 * 0.5**index + 10, 0.1, 0.1, 0.0, keys + aside, points + aside[:2])
         records.append(record)
@@ -118,10 +107,14 @@ def adjust(
     return replace(snapshot, poses=poses, map=SplineMap(tuple(splines)), estimate=estimate)
 
 
-def marginals(snapshot: Snapshot, back_end: str, poses: Sequence[int], splines: Sequence[int]) -> Marginals:
-    """The same circle of 1 cm around every control point."""
+def marginals(
+    snapshot: Snapshot, back_end: str, poses: Sequence[int], splines: Sequence[int], cancelled: Callable[[], bool]
+) -> Marginals:
+    """The same circle of 1 cm around every control point and every key pose."""
+    if cancelled():
+        raise Cancelled("stopped")
     sizes = {i: 2 * len(snapshot.map[i].curve.control_points) for i in splines}
-    return Marginals({i: 1e-4 * np.eye(3) for i in poses}, {i: 1e-4 * np.eye(size) for i, size in sizes.items()})
+    return Marginals({k: 1e-4 * np.eye(3) for k in poses}, {i: 1e-4 * np.eye(size) for i, size in sizes.items()})
 
 
 def scan_consistency(

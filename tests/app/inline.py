@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 from app import estimator
 from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamConfig
 from splinescope import jobs
 from splinescope.commands import LogOpened, OpenLog
 from splinescope.messages import FindCovariances, Message, ProcessLog, Request, SolveMap
@@ -24,14 +25,14 @@ class InlineEstimator:
         self.asked: list[Request] = []
         self._jobs = jobs.Jobs(self.messages.append)
 
-    def process(self, path: Path) -> int:
-        return self._do(lambda job: ProcessLog(job, path))
+    def process(self, path: Path, config: SlamConfig) -> int:
+        return self._do(lambda job: ProcessLog(job, path, config))
 
-    def solve(self, path: Path, kept: bytes, back_end: str) -> int:
-        return self._do(lambda job: SolveMap(job, path, kept, back_end))
+    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
+        return self._do(lambda job: SolveMap(job, path, kept, config))
 
-    def covariances(self, back_end: str) -> int:
-        return self._do(lambda job: FindCovariances(job, back_end))
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int:
+        return self._do(lambda job: FindCovariances(job, path, kept, config))
 
     def cancel(self) -> None:
         self.cancelled = len(self.asked)
@@ -44,7 +45,7 @@ class InlineEstimator:
 
 def stand_in(monkeypatch, log: ScanLog) -> None:
     """Let the jobs use the stand-in estimator, and find `log` wherever they look."""
-    names = {name: getattr(estimator, name) for name in ("Slam", "SlamConfig", "adjust", "marginals")}
+    names = {name: getattr(estimator, name) for name in ("Slam", "adjust", "marginals")}
     monkeypatch.setattr(jobs, "slam", SimpleNamespace(**names))
     monkeypatch.setattr(jobs, "scan_consistency", estimator.scan_consistency)
     monkeypatch.setattr(jobs, "open_log", lambda path: log)

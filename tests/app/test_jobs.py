@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -12,8 +13,10 @@ import pytest
 from app.estimator import Slam
 from app.inline import stand_in
 from app.logs import MemoryLog, corridor_log
+from bspline_slam import se2
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.errors import SolverError
+from bspline_slam.slam import SlamConfig
 from splinescope import jobs
 from splinescope.jobs import Jobs
 from splinescope.messages import (
@@ -54,7 +57,7 @@ def messages_of(*requests, cancelled=lambda: False) -> list[Message]:
 
 
 def test_processing_sends_every_step_in_order_and_then_the_whole_map(log: MemoryLog) -> None:
-    sent = messages_of(ProcessLog(1, Path("x")))
+    sent = messages_of(ProcessLog(1, Path("x"), SlamConfig()))
     steps = [step.scan for message in sent if isinstance(message, StepsDone) for step in message.steps]
     assert steps[: len(log)] == list(range(len(log)))
     assert any(isinstance(message, MapChanged) and len(message.snapshot.map) for message in sent)
@@ -65,7 +68,7 @@ def test_processing_sends_every_step_in_order_and_then_the_whole_map(log: Memory
 
 def test_a_cancelled_run_keeps_what_it_has(log: MemoryLog) -> None:
     countdown = count()
-    sent = messages_of(ProcessLog(1, Path("x")), cancelled=lambda: next(countdown) > 12)
+    sent = messages_of(ProcessLog(1, Path("x"), SlamConfig()), cancelled=lambda: next(countdown) > 12)
     assert isinstance(sent[-1], Stopped)
     assert sent[-1].snapshot is not None
     assert 0 < len(sent[-1].snapshot.poses) < len(log)
@@ -74,7 +77,7 @@ def test_a_cancelled_run_keeps_what_it_has(log: MemoryLog) -> None:
 def test_solving_sends_iterations_with_falling_cost(log: MemoryLog) -> None:
     pipeline = Slam(log)
     list(pipeline.steps())
-    sent = messages_of(SolveMap(1, Path("x"), pickle.dumps(pipeline.snapshot()), "direct"))
+    sent = messages_of(SolveMap(1, Path("x"), pickle.dumps(pipeline.snapshot()), SlamConfig()))
     records = [message.record for message in sent if isinstance(message, Iterated)]
     assert records[0].index == 0
     assert isinstance(sent[-1], Finished)
@@ -85,7 +88,7 @@ def test_solving_sends_iterations_with_falling_cost(log: MemoryLog) -> None:
 
 
 def test_every_key_scan_gets_a_final_word_before_the_end(log: MemoryLog) -> None:
-    sent = messages_of(ProcessLog(1, Path("x")))
+    sent = messages_of(ProcessLog(1, Path("x"), SlamConfig()))
     assert isinstance(sent[-1], Finished)
     assert sent[-1].kept is not None
     final = {step.scan: step for message in sent if isinstance(message, StepsDone) for step in message.steps}
@@ -93,28 +96,55 @@ def test_every_key_scan_gets_a_final_word_before_the_end(log: MemoryLog) -> None
         assert [a.spline for a in final[step.scan].associations] == [a.spline for a in step.associations]
 
 
-def test_covariances_come_for_every_spline_of_a_solved_map(log: MemoryLog) -> None:
-    sent = messages_of(ProcessLog(1, Path("x")), FindCovariances(2, "direct"))
-    found = next(message for message in sent if isinstance(message, CovariancesFound))
-    finished = next(message for message in sent if isinstance(message, Finished))
-    assert finished.snapshot is not None
-    assert found.splines.keys() == {spline.id for spline in finished.snapshot.map}
+def processed(log: MemoryLog) -> Finished:
+    done = messages_of(ProcessLog(1, Path("x"), SlamConfig()))[-1]
+    assert isinstance(done, Finished)
+    return done
+
+
+def covariances_of(kept: bytes | None) -> FindCovariances:
+    assert kept is not None
+    return FindCovariances(2, Path("x"), kept, SlamConfig())
 
 
 def test_a_solved_map_is_tested_once_its_covariances_are_known(log: MemoryLog) -> None:
-    sent = messages_of(ProcessLog(1, Path("x")), FindCovariances(2, "direct"))
-    kinds = [type(message) for message in sent if not isinstance(message, Progress)]
-    assert kinds[-3:] == [CovariancesFound, ConsistencyFound, Finished]
-    tests = next(message.tests for message in sent if isinstance(message, ConsistencyFound))
-    assert tests is not None
-    assert tests.nees is not None
-
-
-def test_covariances_of_no_map_are_none() -> None:
-    found, done = [m for m in messages_of(FindCovariances(1, "direct")) if not isinstance(m, Progress)]
+    done = processed(log)
+    found, tested, end = [m for m in messages_of(covariances_of(done.kept)) if not isinstance(m, Progress)]
     assert isinstance(found, CovariancesFound)
-    assert not found.splines
-    assert isinstance(done, Finished)
+    assert isinstance(tested, ConsistencyFound)
+    assert isinstance(end, Finished)
+    assert done.snapshot is not None
+    assert found.splines.keys() == {spline.id for spline in done.snapshot.map}
+    assert tested.tests is not None
+    assert tested.tests.nees is not None
+
+
+def test_the_trajectory_is_held_against_the_truth_where_there_is_one(
+    log: MemoryLog, drive: MemoryLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert log.truth is not None
+    done = processed(log)
+    assert done.solution is not None
+    assert done.solution.ate is not None
+    assert done.snapshot is not None
+    aligned = se2.compose(done.snapshot.poses[0], se2.between(log.truth[0], log.truth))
+    assert 0 < done.solution.ate.rms < np.linalg.norm((done.snapshot.poses - aligned)[:, :2], axis=1).max()
+    stand_in(monkeypatch, replace(drive, truth=None))
+    without = processed(drive).solution
+    assert without is not None
+    assert without.ate is None
+
+
+def test_a_map_that_was_never_solved_has_no_covariances(log: MemoryLog) -> None:
+    pipeline = Slam(log)
+    list(pipeline.steps())
+    sent = messages_of(covariances_of(pickle.dumps(pipeline.snapshot())))
+    assert [message.splines for message in sent if isinstance(message, CovariancesFound)] == [{}]
+
+
+def test_cancelled_covariances_stop(log: MemoryLog) -> None:
+    kept = processed(log).kept
+    assert isinstance(messages_of(covariances_of(kept), cancelled=lambda: True)[-1], Stopped)
 
 
 @pytest.mark.parametrize(
@@ -131,7 +161,7 @@ def test_what_goes_wrong_becomes_a_sentence(
         raise error
 
     monkeypatch.setattr(jobs.slam, "Slam", fail)
-    last = messages_of(ProcessLog(7, Path("x")))[-1]
+    last = messages_of(ProcessLog(7, Path("x"), SlamConfig()))[-1]
     assert isinstance(last, Failed)
     assert last.job == 7
     assert sentence in last.sentence

@@ -13,7 +13,7 @@ from app.logs import MemoryLog, corridor_log
 from splinescope import commands as ask
 from splinescope.activity import Activity, Work, duration
 from splinescope.page import Page
-from splinescope.panels import consistency, layers, log, observation, optimise, status, timeline
+from splinescope.panels import consistency, estimate, layers, log, observation, status, timeline
 from splinescope.panels.help import HelpSheet
 from splinescope.panels.side_bar import SideBar
 from splinescope.preferences import Preferences
@@ -81,7 +81,7 @@ def test_the_log_tells_its_figures_and_its_notes(drive: MemoryLog) -> None:
 
 
 def test_the_result_of_a_solve_is_told_with_its_figures(finished: Session) -> None:
-    text = "".join(optimise.report(finished))
+    text = "".join(estimate.report(finished))
     assert finished.solution is not None
     assert f"{finished.solution.cost_before:,.1f} → {finished.solution.cost_after:,.1f}" in text
     assert "100.0 mm" in text
@@ -89,14 +89,14 @@ def test_the_result_of_a_solve_is_told_with_its_figures(finished: Session) -> No
 
 
 def test_a_solver_that_cannot_run_yet_says_why(empty: Session) -> None:
-    assert "No log is open" in "".join(optimise.report(empty))
+    assert "No log is open" in "".join(estimate.report(empty))
 
 
 def test_a_running_solver_tells_its_cost(finished: Session) -> None:
     assert finished.estimation is not None
     finished.estimation.activity = Activity(Work.OPTIMISING, 9, "Adjustment", 0.5)
     finished.estimation.costs = (1000.0, 12.5)
-    assert "Adjustment · 50 % · cost 12.5" in "".join(optimise.report(finished))
+    assert "Adjustment · 50 % · cost 12.5" in "".join(estimate.report(finished))
 
 
 def test_the_role_of_a_scan_is_told(finished: Session) -> None:

@@ -11,7 +11,7 @@ from splinescope.view import Layer
 
 
 def test_what_is_saved_comes_back(tmp_path: Path) -> None:
-    chosen = Preferences(frozenset({Layer.TRUTH, Layer.ELLIPSES}), False, True, 5.0, "sam")
+    chosen = Preferences(frozenset({Layer.TRUTH, Layer.ELLIPSES}), False, True, 5.0)
     path = tmp_path / "deep" / "session.json"
     save(chosen, path)
     assert load(path) == chosen
@@ -30,7 +30,6 @@ def test_unknown_layers_are_left_out_and_missing_words_stay_as_they_were() -> No
     told = Preferences.from_json('{"layers": ["BEAMS", "SMELL"], "colour": "red"}')
     assert told.layers == {Layer.BEAMS}
     assert Preferences.from_json('{"dark": false}').layers == FIRST_LAYERS
-    assert Preferences.from_json('{"back_end": "magic"}').back_end == "direct"
 
 
 def test_a_place_that_cannot_be_written_harms_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

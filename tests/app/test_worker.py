@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from app.logs import corridor_log, write_carmen
+from bspline_slam.slam import SlamConfig
 from splinescope.messages import CovariancesFound, Failed, Finished, Message, Progress, StepsDone, Stopped
 from splinescope.worker import Worker, obituary
 
+CONFIG = SlamConfig()
 PATIENCE = 240.0  # s; a first run compiles the kernels
 
 Until = Callable[[type[Message]], list[Message]]
@@ -43,7 +45,7 @@ def running() -> Iterator[tuple[Worker, Until]]:
 
 def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Worker, Until], log: Path) -> None:
     worker, until = running
-    job = worker.process(log)
+    job = worker.process(log, CONFIG)
     messages = until(Finished)
     assert {message.job for message in messages} == {job}
     assert [s.scan for m in messages if isinstance(m, StepsDone) for s in m.steps][:60] == list(range(60))
@@ -52,13 +54,13 @@ def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Work
     assert done.snapshot is not None
     assert len(done.snapshot.map) > 0
 
-    worker.covariances("direct")
+    assert done.kept is not None
+    worker.covariances(log, done.kept, CONFIG)
     found = next(message for message in until(Finished) if isinstance(message, CovariancesFound))
     assert set(found.splines) <= {spline.id for spline in done.snapshot.map}
     assert len(found.splines) > 0
 
-    assert done.kept is not None
-    worker.solve(log, done.kept, "direct")
+    worker.solve(log, done.kept, CONFIG)
     solved = until(Finished)[-1]
     assert isinstance(solved, Finished)
     assert solved.snapshot is not None
@@ -67,15 +69,15 @@ def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Work
 
 def test_a_cancelled_job_stops_and_the_next_one_is_done(running: tuple[Worker, Until], log: Path) -> None:
     worker, until = running
-    worker.process(log)
+    worker.process(log, CONFIG)
     worker.cancel()
-    assert until(Stopped)[-1].job == worker.process(log) - 1
+    assert until(Stopped)[-1].job == worker.process(log, CONFIG) - 1
     assert until(Finished)
 
 
 def test_a_file_that_is_no_log_is_a_sentence(running: tuple[Worker, Until], tmp_path: Path) -> None:
     worker, until = running
-    worker.process(tmp_path / "nowhere.log")
+    worker.process(tmp_path / "nowhere.log", CONFIG)
     failed = until(Failed)[-1]
     assert isinstance(failed, Failed)
     assert "nowhere.log" in failed.sentence
@@ -83,7 +85,7 @@ def test_a_file_that_is_no_log_is_a_sentence(running: tuple[Worker, Until], tmp_
 
 def test_a_killed_process_is_a_sentence_and_is_replaced(running: tuple[Worker, Until], log: Path) -> None:
     worker, until = running
-    job = worker.process(log)
+    job = worker.process(log, CONFIG)
     until(Progress)
     assert worker.process_id is not None
     os.kill(worker.process_id, signal.SIGKILL)
@@ -91,7 +93,7 @@ def test_a_killed_process_is_a_sentence_and_is_replaced(running: tuple[Worker, U
     assert isinstance(failed, Failed)
     assert failed.job == job
     assert "lack of memory" in failed.sentence
-    worker.process(log)
+    worker.process(log, CONFIG)
     assert until(Finished)
 
 

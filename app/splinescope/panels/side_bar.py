@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import viser
 
+from splinescope.panels.compare import ComparePanel
 from splinescope.panels.consistency import ConsistencyPanel
 from splinescope.panels.decisions import DecisionsPanel
+from splinescope.panels.estimate import EstimatePanel
 from splinescope.panels.inspector import InspectorPanel
 from splinescope.panels.layers import LayersPanel
 from splinescope.panels.log import LogPanel
 from splinescope.panels.observation import ObservationPanel
-from splinescope.panels.optimise import OptimisePanel
 from splinescope.panels.panel import Panel, Post
 from splinescope.panels.picture import PicturePanel
 from splinescope.panels.status import StatusPanel
@@ -30,18 +31,20 @@ class SideBar:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Layers"):
             self._panels.append(LayersPanel(gui, post))
+            with gui.add_folder("Picture"):
+                self._panels.append(PicturePanel(gui, post))
         with tabs.add_tab("Scan"):
             self._panels.append(DecisionsPanel(gui, post))
             with gui.add_folder("Time and place"):
                 self._panels.append(TimelinePanel(gui, post))
-        with tabs.add_tab("Optimise"):
-            self._panels.append(OptimisePanel(gui, post))
+        with tabs.add_tab("Estimate"):
+            self._panels.append(EstimatePanel(gui, post))
+        with tabs.add_tab("Compare"):
+            self._panels.append(ComparePanel(gui, post))
         with tabs.add_tab("Consistency"):
             self._panels.append(ConsistencyPanel(gui, post))
         with tabs.add_tab("Log"):
             self._panels.append(LogPanel(gui, post))
-        with tabs.add_tab("View"):
-            self._panels.append(PicturePanel(gui, post))
         self._panels.append(ObservationPanel(gui, post))
 
     def refresh(self, session: Session) -> None:

@@ -9,12 +9,12 @@ from jaxtyping import Float
 
 from bspline_slam.bspline import BSpline
 from bspline_slam.spline_map import MapSpline
-from splinescope.palette import GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
+from splinescope.palette import COMPARED, GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
 from splinescope.scene.ellipses import blocks, ellipses
 from splinescope.scene.paths import simplified
-from splinescope.scene.strokes import Strokes, dashed, glyphs, polyline
+from splinescope.scene.strokes import Strokes, broken, dashed, glyphs, polyline
 from splinescope.view import MapView, Selection
 
 MOST_ELLIPSES = 120
@@ -28,6 +28,14 @@ def splines(view: MapView, theme: Theme, detail: Detail) -> Strokes:
     segments, owner = sampled([s.curve for s in chosen], [s.span for s in chosen], detail)
     colours = np.array([theme.spline(s.id) for s in chosen], dtype=np.uint8).reshape(-1, 3)
     return Strokes(segments, colours[owner])
+
+
+def compared(view: MapView, theme: Theme, detail: Detail) -> Strokes:
+    """Splines and path of the result laid over the one shown: all in one hue, the splines dashed, the path dotted."""
+    hue = theme.legible(COMPARED)
+    segments, _ = sampled([s.curve for s in view.map], [s.span for s in view.map], detail)
+    path = _path(view.estimate, LineStyle.DOTTED, hue, detail)
+    return Strokes.joined([path, Strokes.of(broken(segments, LineStyle.DASHED, detail.pixel), hue)])
 
 
 def control_points(view: MapView, theme: Theme, detail: Detail, selection: Selection | None) -> Strokes:

@@ -50,6 +50,10 @@ def _of_scan(draw: Callable[[ScanView, Theme, Detail], Strokes]) -> Callable[[Fr
     return lambda f: Strokes.none() if f.view.scan is None else draw(f.view.scan, f.theme, f.detail)
 
 
+def _of_compared(f: Frame) -> Strokes:
+    return Strokes.none() if f.view.compared is None else map_layers.compared(f.view.compared, f.theme, f.detail)
+
+
 def _halo(f: Frame) -> Strokes:
     arguments = (f.view.selection, f.theme, f.detail)
     return Strokes.joined([map_layers.halo(f.view.map, *arguments), scan_layers.halo(f.view.scan, *arguments)])
@@ -85,6 +89,7 @@ DRAWINGS = (
         lambda f: _with_selection(f, map_layers.map_ellipses),
     ),
     Drawing("splines", Layer.SPLINES, 2.6, _map("map"), _of_map(map_layers.splines)),
+    Drawing("compared", Layer.COMPARED, 1.8, lambda v: (v.compared,), _of_compared),
     Drawing(
         "control points",
         Layer.CONTROL_POINTS,

@@ -48,18 +48,26 @@ def polyline(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2 2"]:
 
 def dashed(points: Float[np.ndarray, "n 2"], style: LineStyle, pixel: float) -> Float[np.ndarray, "m 2 2"]:
     """A polyline broken into the dashes of `style`, at `pixel` metres per pixel."""
+    return broken(polyline(points), style, pixel)
+
+
+def broken(segments: Float[np.ndarray, "n 2 2"], style: LineStyle, pixel: float) -> Float[np.ndarray, "m 2 2"]:
+    """Segments, one after another, broken into the dashes of `style`, at `pixel` metres per pixel."""
     pattern = np.array(style.pattern) * pixel
-    if not len(pattern) or len(points) < 2:
-        return polyline(points)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    if not len(pattern) or not len(segments):
+        return segments
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1))])
     edges = np.concatenate([[0.0], np.cumsum(pattern)])
     periods = np.arange(int(along[-1] / edges[-1]) + 1) * edges[-1]
     cuts = (periods[:, None] + edges[:-1]).ravel()
     stops = np.union1d(along, cuts[cuts < along[-1]])
-    middle = 0.5 * (stops[:-1] + stops[1:]) % edges[-1]
-    ink = np.searchsorted(edges, middle, side="right") % 2 == 1
-    placed = np.stack([np.interp(stops, along, points[:, 0]), np.interp(stops, along, points[:, 1])], axis=1)
-    return np.stack([placed[:-1], placed[1:]], axis=1)[ink]
+    middle = 0.5 * (stops[:-1] + stops[1:])
+    ink = np.searchsorted(edges, middle % edges[-1], side="right") % 2 == 1
+    segment = np.clip(np.searchsorted(along, middle[ink], side="right") - 1, 0, len(segments) - 1)
+    ends = np.stack([stops[:-1][ink], stops[1:][ink]], axis=1)
+    share = (ends - along[segment, None]) / np.diff(along)[segment, None]
+    start, reach = segments[segment, 0], segments[segment, 1] - segments[segment, 0]
+    return start[:, None] + share[:, :, None] * reach[:, None]
 
 
 def _ring(count: int) -> list[tuple[float, float]]:

@@ -1,20 +1,20 @@
-"""Optimise: solve the whole map with a chosen back end, watch the cost fall, read what it did."""
+"""Model and estimator: what the next run is made with; run it over the log or only solve the map again."""
 
 from __future__ import annotations
 
 import numpy as np
 import viser
 
-from bspline_slam.adjustment import AdjustmentConfig
 from splinescope import table
 from splinescope.activity import Work, duration
-from splinescope.commands import Cancel, ChooseBackEnd, Optimise
+from splinescope.commands import Cancel, Choose, Optimise, RunAgain
 from splinescope.panels.panel import Post, on_change, on_press
 from splinescope.panels.status import doing
+from splinescope.recipe import ORDERS, Recipe
 from splinescope.session import Session
 from splinescope.solution import Solution
 
-BACK_ENDS = {
+ABOUT_BACK_ENDS = {
     "direct": "Gauss–Newton on all poses and control points at once, with a sparse Cholesky factor.",
     "sam": "The same problem, solved by gtsam: the reference.",
     "isam2": "The same problem again, fed to gtsam key scan by key scan: incremental smoothing.",
@@ -24,19 +24,31 @@ BACK_ENDS = {
     "idmj": "Joining on relative feature information: odometry and loop closures have no say in the map.",
     "pose_graph": "Poses alone; the curves follow them and do not pull, so their cost may rise.",
 }
-MODEL = AdjustmentConfig().model
+ABOUT_MODELS = {
+    "normal-distance": "Only the distance across a curve counts.",
+    "chord-length": "The published observation: control points at chord-length parameters.",
+}
 ROUNDS = "Each round finds anew which beams belong to which point of a curve; there the cost may jump."
 GREY = "#888888"
 
 
-class OptimisePanel:
-    """Back end, Run, Cancel, the cost curve and the result."""
+class EstimatePanel:
+    """The choices, the two ways to run, Cancel, the cost curve and the figures of the result shown."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._post = post
         self._costs: tuple[float, ...] = ()
-        self._back_end = gui.add_dropdown("Back end", tuple(BACK_ENDS), hint="Who solves the least-squares problem")
+        self._model = gui.add_dropdown("Model", tuple(ABOUT_MODELS), hint="What counts as an observation of a curve")
+        self._back_end = gui.add_dropdown(
+            "Estimator", tuple(ABOUT_BACK_ENDS), hint="Who solves the least-squares problem"
+        )
         self._about = gui.add_html("")
-        self._run = gui.add_button("Optimise the whole map", icon=viser.Icon.PLAYER_PLAY)
+        self._order = gui.add_dropdown("Order", tuple(map(str, ORDERS)), hint="Degree of the curves plus one")
+        self._spacing = gui.add_number("Knots (m)", Recipe().spacing, min=0.1, max=2.0, step=0.05)
+        for widget in (self._model, self._back_end, self._order, self._spacing):
+            on_change(widget, self._choose)
+        self._run = gui.add_button("Run the whole log again", icon=viser.Icon.PLAYER_PLAY)
+        self._solve = gui.add_button("Only solve this map again", icon=viser.Icon.REFRESH, hint="Key o")
         self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, color="gray", visible=False)
         self._text = gui.add_html("")
         self._curve = gui.add_uplot(
@@ -52,21 +64,28 @@ class OptimisePanel:
             visible=False,
         )
         self._note = gui.add_html(table.block(table.paragraph(ROUNDS, "dim")), visible=False)
-        on_press(self._run, lambda: post(Optimise()))
-        on_change(self._back_end, lambda: post(ChooseBackEnd(self._back_end.value)))
+        on_press(self._run, lambda: post(RunAgain()))
+        on_press(self._solve, lambda: post(Optimise()))
         on_press(self._cancel, lambda: post(Cancel()))
 
     def refresh(self, session: Session) -> None:
-        chosen = self._back_end.value = session.preferences.back_end
-        about = f"{BACK_ENDS[chosen]} Observation model: {MODEL}."
+        recipe = session.recipe
+        self._model.value, self._back_end.value = recipe.model, recipe.back_end
+        self._order.value, self._spacing.value = str(recipe.order), recipe.spacing
+        about = f"{ABOUT_MODELS[recipe.model]} {ABOUT_BACK_ENDS[recipe.back_end]}"
         self._about.content = table.block(table.paragraph(about, "dim"))
-        working = session.activity is not None and session.activity.work is Work.OPTIMISING
-        self._run.disabled = session.refusal is not None
-        self._run.visible, self._cancel.visible = not working, working
+        self._run.disabled, self._solve.disabled = session.run_refusal is not None, session.refusal is not None
+        self._run.visible = self._solve.visible = not session.busy
+        self._cancel.visible = session.busy
         self._text.content = table.block(*report(session))
         if session.costs != self._costs:
             self._costs = session.costs
             self._draw(session.costs)
+
+    def _choose(self) -> None:
+        self._post(
+            Choose(Recipe(self._model.value, self._back_end.value, int(self._order.value), float(self._spacing.value)))
+        )
 
     def _draw(self, costs: tuple[float, ...]) -> None:
         self._curve.visible = self._note.visible = len(costs) > 1
@@ -75,21 +94,21 @@ class OptimisePanel:
 
 
 def report(session: Session) -> list[str]:
-    """What the solver does, did, or waits for, as HTML parts."""
-    refusal = session.refusal
-    if session.activity is not None and session.activity.work is Work.OPTIMISING:
-        cost = f" · cost {session.costs[-1]:,.1f}" if session.costs else ""
-        return [table.paragraph(doing(session) + cost)]
-    if session.solution is not None:
-        return [table.heading("Result"), table.pairs(figures(session.solution))]
-    return [table.paragraph(refusal or "Nothing has been optimised yet.", "dim")]
+    """What the estimator does, did, or waits for, as HTML parts."""
+    if session.busy:
+        solving = session.activity is not None and session.activity.work is Work.OPTIMISING and session.costs
+        return [table.paragraph(doing(session) + (f" · cost {session.costs[-1]:,.1f}" if solving else ""))]
+    refusals = dict.fromkeys(refusal for refusal in (session.run_refusal, session.refusal) if refusal is not None)
+    parts = [table.paragraph(refusal, "dim") for refusal in refusals]
+    if session.solution is not None and session.result is not None:
+        parts += [table.heading(f"Result {session.result.label}"), table.pairs(figures(session.solution))]
+    return parts
 
 
 def figures(solution: Solution) -> list[tuple[str, str]]:
     """Names and values of a finished solve."""
     count = f"{solution.iterations}" + ("" if solution.converged else " (not converged)")
     return [
-        ("back end", solution.back_end),
         ("cost before → after", f"{solution.cost_before:,.1f} → {solution.cost_after:,.1f}"),
         ("largest move of a pose", f"{1000 * solution.largest_move:.1f} mm"),
         ("χ² / degrees of freedom", f"{solution.chi2:,.0f} / {solution.dof:,} = {solution.chi2_per_dof:.2f}"),

@@ -1,0 +1,111 @@
+"""Compare: every result so far; which one is shown, which one is laid over it, and how the two differ."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from splinescope import table
+from splinescope.commands import CompareWith, DeleteResult, Seek, ShowResult
+from splinescope.comparison import FIGURES, choices, differences, figures, largest_pose_difference
+from splinescope.panels.panel import Post, on_change, on_press
+from splinescope.result import Result, Results
+from splinescope.session import Session
+
+NOTHING: str = "no other"
+NOTES = (
+    "ATE: error of the positions against the truth. Pose NEES / 3: errors measured by the covariances; 1 is honest, "
+    "more is overconfident."
+)
+
+
+class ComparePanel:
+    """Two choices, the table of differences, and where the two differ most."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._post = post
+        self._results = Results()
+        self._shown = gui.add_dropdown("Shown  ━━", (NOTHING,))
+        self._compared = gui.add_dropdown("Over it  ╍╍", (NOTHING,))
+        self._text = gui.add_html("")
+        self._go = gui.add_button("Go to the largest difference", icon=viser.Icon.TARGET, visible=False)
+        self._swap = gui.add_button("Swap the two", icon=viser.Icon.SWITCH_HORIZONTAL, visible=False)
+        self._delete = gui.add_button("Delete the one over it", icon=viser.Icon.TRASH, color="gray", visible=False)
+        on_change(self._shown, lambda: self._show(self._shown.value))
+        on_change(self._compared, lambda: post(CompareWith(number_of(self._compared.value))))
+        on_press(self._go, self._seek)
+        on_press(self._swap, lambda: self._show(self._compared.value))
+        on_press(self._delete, self._forget)
+
+    def refresh(self, session: Session) -> None:
+        self._results = results = session.results
+        labels = tuple(result.label for result in results.all)
+        _offer(self._shown, labels or (NOTHING,), results.shown)
+        _offer(self._compared, (NOTHING, *labels), results.compared)
+        self._text.content = table.block(*report(results))
+        self._shown.disabled = self._compared.disabled = session.busy
+        for button in (self._go, self._swap, self._delete):
+            button.visible, button.disabled = results.compared is not None, session.busy
+
+    def _show(self, label: str) -> None:
+        number = number_of(label)
+        if number is not None:
+            self._post(ShowResult(number))
+
+    def _seek(self) -> None:
+        shown, compared = self._results.shown, self._results.compared
+        most = largest_pose_difference(shown, compared) if shown is not None and compared is not None else None
+        if most is not None:
+            self._post(Seek(most.scan))
+
+    def _forget(self) -> None:
+        if self._results.compared is not None:
+            self._post(DeleteResult(self._results.compared.number))
+
+
+def _offer(dropdown: viser.GuiDropdownHandle[str], labels: tuple[str, ...], chosen: Result | None) -> None:
+    if dropdown.options != labels:
+        dropdown.options = labels
+    dropdown.value = NOTHING if chosen is None else chosen.label
+
+
+def number_of(label: str) -> int | None:
+    """The number with which the label of a result begins; None where no result is meant."""
+    number = label.partition(":")[0]
+    return int(number) if number.isdigit() else None
+
+
+def report(results: Results) -> list[str]:
+    """The table of figures, with differences where two results are looked at, as HTML parts."""
+    shown, compared = results.shown, results.compared
+    if shown is None:
+        return [table.paragraph("There is no result yet.", "dim")]
+    if compared is None:
+        rows = [*choices(shown), *zip((figure.name for figure in FIGURES), figures(shown), strict=True)]
+        more = "Run again under Estimate to have something to compare." if len(results.all) == 1 else ""
+        return [table.pairs(rows), table.paragraph(NOTES, "dim"), table.paragraph(more, "dim")]
+    return [
+        table.table(("", f"━ {shown.number}", f"╍ {compared.number}", "difference"), rows_of(shown, compared),
+                    numbers=(1, 2, 3)),
+        table.paragraph(apart(shown, compared)),
+        table.paragraph(NOTES, "dim"),
+    ]  # fmt: skip
+
+
+def rows_of(shown: Result, compared: Result) -> list[tuple[str, str, str, str]]:
+    """Choices and figures of both, and their differences."""
+    made = zip(choices(shown), choices(compared), strict=True)
+    measured = zip(FIGURES, figures(shown), figures(compared), differences(shown, compared), strict=True)
+    return [
+        *((name, one, other, "") for (name, one), (_, other) in made),
+        *((figure.name, one, other, more) for figure, one, other, more in measured),
+    ]
+
+
+def apart(shown: Result, compared: Result) -> str:
+    """How far the two trajectories lie apart, as a sentence."""
+    most = largest_pose_difference(shown, compared)
+    if most is None:
+        return "The two have no scan in common."
+    turned = np.degrees(most.angle)
+    return f"Largest pose difference: {1000 * most.distance:.1f} mm and {turned:.2f}° at scan {most.scan:,}."

@@ -1,0 +1,93 @@
+"""Finished runs over one log: all of them are kept, one is shown, another may be laid over it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.lab.scan_consistency import ScanConsistency
+from bspline_slam.slam import SlamStep, Snapshot
+from splinescope.recipe import Recipe
+from splinescope.solution import Solution
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Result:
+    """What one run gave: the map for looking at, the decisions, the figures.
+
+    `solved_from` is the number of the result whose decisions were solved again, None after a run over the log.
+    `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
+    estimator; covariances of splines by id and the tests of consistency are there once the result is `measured`.
+    """
+
+    number: int
+    recipe: Recipe
+    snapshot: Snapshot
+    steps: Mapping[int, SlamStep]
+    processed: int
+    kept: bytes
+    solution: Solution | None = None
+    solved_from: int | None = None
+    stopped_after: int | None = None
+    covariances: Mapping[int, Float[np.ndarray, "d d"]] = field(default_factory=dict)
+    consistency: ScanConsistency | None = None
+    measured: bool = False
+
+    @property
+    def anees(self) -> float | None:
+        """NEES of the key poses divided by its degrees of freedom; None while unknown, or without truth."""
+        test = self.consistency.nees if self.consistency is not None else None
+        return None if test is None or not len(test.squares) else float(test.squares.sum() / test.dof.sum())
+
+    @property
+    def label(self) -> str:
+        """Number and choices in a few words."""
+        ending = "" if self.stopped_after is None else " (stopped)"
+        return f"{self.number}: {self.recipe.back_end}, {self.recipe.model}{ending}"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Results:
+    """All results by number, and which of them is shown and which compared with it."""
+
+    all: tuple[Result, ...] = ()
+    shown: Result | None = None
+    compared: Result | None = None
+
+    @property
+    def next_number(self) -> int:
+        return max((result.number for result in self.all), default=0) + 1
+
+    def find(self, number: int | None) -> Result | None:
+        """The result of this number, None where there is none."""
+        return next((result for result in self.all if result.number == number), None)
+
+    def added(self, result: Result, show: bool = True) -> Results:
+        """One more result; where it is shown, the one shown before is compared with it."""
+        more = replace(self, all=(*self.all, result))
+        return replace(more, shown=result, compared=self.shown) if show else more
+
+    def showing(self, result: Result) -> Results:
+        """Another result shown; where it was the compared one, the two change places."""
+        return replace(self, shown=result, compared=self.shown if result is self.compared else self.compared)
+
+    def comparing(self, result: Result | None) -> Results:
+        """Another result compared, or none; nothing is compared with itself."""
+        return replace(self, compared=None if result is self.shown else result)
+
+    def without(self, result: Result) -> Results:
+        """All but this one, which is not the one shown."""
+        left = tuple(each for each in self.all if each is not result)
+        return replace(self, all=left, compared=None if self.compared is result else self.compared)
+
+    def updated(self, result: Result) -> Results:
+        """The same with a newer value of the result of that number."""
+
+        def newer(each: Result | None) -> Result | None:
+            return result if each is not None and each.number == result.number else each
+
+        changed = tuple(result if each.number == result.number else each for each in self.all)
+        return Results(changed, newer(self.shown), newer(self.compared))
