@@ -279,7 +279,7 @@ class Estimation:
 
     def _result(self, snapshot: Snapshot, kept: bytes, solution: Solution | None) -> Result:
         findings = self._findings
-        number, steps = self.results.next_number, dict(findings.steps)
+        number, steps = self.results.made + 1, dict(findings.steps)
         return Result(number, self._recipe, snapshot, steps, findings.processed, kept, solution)
 
     def _show_new(self, result: Result) -> None:

@@ -5,7 +5,7 @@ The hues are those of Okabe and Ito (2008), which people with any colour vision 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
 
@@ -24,8 +24,8 @@ def _rgb(text: str) -> Colour:
 ORANGE, SKY, GREEN, YELLOW = _rgb("E69F00"), _rgb("56B4E9"), _rgb("009E73"), _rgb("F0E442")
 BLUE, VERMILION, PURPLE = _rgb("0072B2"), _rgb("D55E00"), _rgb("CC79A7")
 GREY = _rgb("8A949E")
-COMPARED = YELLOW
-"""The result that is laid over the one shown."""
+SHOWN_HUE, COMPARED_HUE = SKY, ORANGE
+"""Two results over one another: one hue each."""
 SPLINE_HUES = (SKY, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILION)
 MINIMUM_CONTRAST = 3.0  # WCAG 2.2, 1.4.11: what graphics need against their background
 
@@ -88,10 +88,12 @@ VERDICT_STYLES: dict[Verdict, Style] = {
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Theme:
-    """The ground that everything is drawn on, and the ink that stands out from it most."""
+    """The ground that everything is drawn on, the ink that stands out from it most, and the one hue of all splines
+    while two results are compared."""
 
     background: Colour
     ink: Colour
+    one_hue: Colour | None = None
 
     def legible(self, hue: Colour, contrast: float = MINIMUM_CONTRAST) -> Colour:
         """The hue, moved towards the ink just as far as this contrast with the background asks for."""
@@ -102,7 +104,9 @@ class Theme:
         return mix(self.background, hue, strength)
 
     def spline(self, spline_id: int) -> Colour:
-        """The colour of a spline: from its id alone, so that no edit ever changes it."""
+        """The colour of a spline: from its id alone, so that no edit ever changes it; of all, where they share one."""
+        if self.one_hue is not None:
+            return self.legible(self.one_hue)
         hue = SPLINE_HUES[spline_id % len(SPLINE_HUES)]
         tint = (0.0, 0.28, 0.14)[spline_id // len(SPLINE_HUES) % 3]
         return self.legible(mix(hue, self.ink, tint))
@@ -121,10 +125,13 @@ def _legible(hue: bytes, background: bytes, ink: bytes, contrast: float) -> Colo
 
 DARK = Theme(_rgb("0D1218"), _rgb("F2F5F8"))
 LIGHT = Theme(_rgb("F7F8F9"), _rgb("17212B"))
+DARK_COMPARING, LIGHT_COMPARING = (replace(ground, one_hue=SHOWN_HUE) for ground in (DARK, LIGHT))
 
 
-def theme(dark: bool) -> Theme:
-    """The theme that goes with the page."""
+def theme(dark: bool, comparing: bool = False) -> Theme:
+    """The theme that goes with the page, and with a second result over the one shown."""
+    if comparing:
+        return DARK_COMPARING if dark else LIGHT_COMPARING
     return DARK if dark else LIGHT
 
 

@@ -51,15 +51,12 @@ class Result:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Results:
-    """All results by number, and which of them is shown and which compared with it."""
+    """All results by number, which of them is shown and which compared with it, and how many there ever were."""
 
     all: tuple[Result, ...] = ()
     shown: Result | None = None
     compared: Result | None = None
-
-    @property
-    def next_number(self) -> int:
-        return max((result.number for result in self.all), default=0) + 1
+    made: int = 0
 
     def find(self, number: int | None) -> Result | None:
         """The result of this number, None where there is none."""
@@ -67,7 +64,7 @@ class Results:
 
     def added(self, result: Result, show: bool = True) -> Results:
         """One more result; where it is shown, the one shown before is compared with it."""
-        more = replace(self, all=(*self.all, result))
+        more = replace(self, all=(*self.all, result), made=result.number)
         return replace(more, shown=result, compared=self.shown) if show else more
 
     def showing(self, result: Result) -> Results:
@@ -90,4 +87,4 @@ class Results:
             return result if each is not None and each.number == result.number else each
 
         changed = tuple(result if each.number == result.number else each for each in self.all)
-        return Results(changed, newer(self.shown), newer(self.compared))
+        return replace(self, all=changed, shown=newer(self.shown), compared=newer(self.compared))

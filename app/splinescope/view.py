@@ -100,3 +100,8 @@ class View:
     selection: Selection | None = None
     dark: bool = True
     compared: MapView | None = None
+
+    @property
+    def comparing(self) -> bool:
+        """Whether a second result is drawn over the map."""
+        return self.compared is not None and Layer.COMPARED in self.layers

@@ -14,7 +14,7 @@ from splinescope.palette import DARK, LIGHT, VERDICT_STYLES, theme
 from splinescope.scene import Scene, bounds_of
 from splinescope.scene.detail import Detail
 from splinescope.scene.legend import legend
-from splinescope.scene.map_layers import loop_closures
+from splinescope.scene.map_layers import compared, loop_closures, splines
 from splinescope.scene.scan_layers import robot, ties
 from splinescope.scene.scene import DRAWINGS, Frame, hint
 from splinescope.view import Layer, Selection, View
@@ -39,7 +39,7 @@ def counts(view: View, viewport: Viewport) -> dict[str, int]:
 
 
 def test_every_layer_draws_something(view: View) -> None:
-    drawn = counts(replace(view, selection=Selection("control point", 3, 2)), CLOSE)
+    drawn = counts(replace(view, selection=Selection("control point", 3, 2), compared=view.map), CLOSE)
     assert {name for name, count in drawn.items() if count == 0} == set()
     assert {drawing.layer for drawing in DRAWINGS} - {None} == set(Layer) - {Layer.GRID}
 
@@ -102,6 +102,22 @@ def test_a_rejected_loop_is_broken_in_the_middle(view: View) -> None:
     whole, broken = (loop_closures(replace(only, loop_closures=(c,)), DARK, Detail.of(CLOSE)) for c in pair)
     assert [len(whole), len(broken)] == [1, 2]
     assert not np.array_equal(whole.colours[0], broken.colours[0])
+
+
+def test_two_results_have_one_hue_each_and_only_one_of_them_is_whole(view: View) -> None:
+    both = replace(view, compared=view.map)
+    assert both.map is not None
+    frame = Frame(both, theme(both.dark, both.comparing), Detail.of(CLOSE))
+    whole, over_it = splines(both.map, frame.theme, frame.detail), compared(both.map, frame.theme, frame.detail)
+    assert len(np.unique(whole.colours, axis=0)) == len(np.unique(over_it.colours, axis=0)) == 1
+    assert not np.array_equal(whole.colours[0], over_it.colours[0])
+    lengths = [np.linalg.norm(np.diff(s.segments, axis=1), axis=-1).sum() for s in (whole, over_it)]
+    assert lengths[1] < 0.9 * lengths[0]
+
+
+def test_a_result_compared_on_a_layer_that_is_off_changes_no_hue(view: View) -> None:
+    assert not replace(view, compared=view.map, layers=view.layers - {Layer.COMPARED}).comparing
+    assert not view.comparing
 
 
 def test_the_legend_explains_every_verdict() -> None:

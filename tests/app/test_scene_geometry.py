@@ -13,11 +13,22 @@ from splinescope.scene.curves import sampled
 from splinescope.scene.detail import OVERVIEW, Detail
 from splinescope.scene.ellipses import ellipses
 from splinescope.scene.paths import simplified
-from splinescope.scene.strokes import dashed, glyphs
+from splinescope.scene.strokes import broken, dashed, glyphs
 
 seeds = st.integers(0, 2**32 - 1)
 WARNING = np.array([213, 94, 0], dtype=np.uint8)
 EVERYWHERE = (-np.inf, -np.inf, np.inf, np.inf)
+
+
+@given(seed=seeds, style=st.sampled_from(LineStyle))
+def test_broken_segments_lie_on_what_was_broken_and_keep_the_share_of_ink(seed: int, style: LineStyle) -> None:
+    rng = np.random.default_rng(seed)
+    segments = rng.uniform(-5.0, 5.0, (40, 2, 2))
+    parts = broken(segments, style, pixel=0.01)
+    assert distance_to(segments, parts.reshape(-1, 2)).max() < 1e-9
+    ink = sum(style.pattern[::2]) / sum(style.pattern) if style.pattern else 1.0
+    before, after = (np.linalg.norm(np.diff(each, axis=1), axis=-1).sum() for each in (segments, parts))
+    assert after == pytest.approx(ink * before, rel=0.01)
 
 
 def distance_to(segments: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from splinescope import commands as ask
 from splinescope import messages as told
 from splinescope.activity import Work
 from splinescope.preferences import FIRST_LAYERS, Preferences
+from splinescope.recipe import Recipe
 from splinescope.session import Session
 from splinescope.view import Layer, Selection
 
@@ -291,3 +292,146 @@ def test_a_map_that_changes_loses_its_figures_of_consistency(finished: tuple[Ses
     assert session.findings.consistency is None
     deliver(session, inline)
     assert session.findings.consistency is not None
+
+
+def solved_again(session: Session, inline: InlineEstimator, back_end: str = "sam") -> None:
+    session.apply(ask.Choose(Recipe(back_end=back_end)))
+    session.apply(ask.Optimise())
+    deliver(session, inline)
+
+
+def numbers(session: Session) -> tuple[list[int], int | None, int | None]:
+    results = session.results
+    return (
+        [result.number for result in results.all],
+        results.shown.number if results.shown is not None else None,
+        results.compared.number if results.compared is not None else None,
+    )
+
+
+def test_a_solve_with_another_estimator_is_kept_beside_the_first_result(
+    finished: tuple[Session, InlineEstimator],
+) -> None:
+    session, inline = finished
+    first = session.result
+    solved_again(session, inline)
+    assert numbers(session) == ([1, 2], 2, 1)
+    assert session.result is not None
+    assert session.result.solved_from == 1
+    assert session.result.recipe.back_end == "sam"
+    assert session.result.measured
+    assert session.view.compared is session.compared_view
+    assert first is not None
+    assert session.compared_view is not None
+    assert session.compared_view.map is first.snapshot.map
+
+
+def test_the_earlier_result_comes_back_as_it_was(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    before, solution, asked = session.map_view, session.solution, len(inline.asked)
+    assert before is not None
+    solved_again(session, inline)
+    session.apply(ask.ShowResult(1))
+    deliver(session, inline)
+    assert numbers(session) == ([1, 2], 1, 2)
+    assert session.map_view is not None
+    assert session.map_view.map is before.map
+    assert session.map_view.covariances is before.covariances
+    assert session.solution is solution
+    assert len(inline.asked) == asked + 2, "one solve and its covariances, and nothing for going back"
+
+
+def test_a_run_with_another_model_processes_the_log_again_and_cannot_be_had_by_solving(
+    finished: tuple[Session, InlineEstimator],
+) -> None:
+    session, inline = finished
+    recipe = Recipe(model="chord-length", order=3)
+    session.apply(ask.Choose(recipe))
+    session.apply(ask.Optimise())
+    assert "run the whole log again" in session.notices[-1].text
+    session.apply(ask.RunAgain())
+    asked = inline.asked[-1]
+    assert isinstance(asked, told.ProcessLog)
+    assert asked.config == recipe.config()
+    assert session.findings.processed == 0
+    assert session.compared is session.result, "what was there stays in sight while the new map grows"
+    deliver(session, inline)
+    assert numbers(session) == ([1, 2], 2, 1)
+    assert session.result is not None
+    assert session.result.recipe == recipe
+    assert session.result.solved_from is None
+
+
+def test_a_run_that_fails_leaves_the_result_shown_before(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    shown, steps = session.result, dict(session.findings.steps)
+    session.apply(ask.RunAgain())
+    session.receive(next(message for message in inline.messages if isinstance(message, told.MapChanged)))
+    session.receive(told.Failed(len(inline.asked), "no memory left"))
+    assert shown is not None
+    assert session.findings.snapshot is shown.snapshot
+    assert session.findings.steps == steps
+    assert numbers(session) == ([1], 1, None)
+
+
+def test_a_run_that_is_cancelled_is_kept_beside_the_result_shown_before(
+    finished: tuple[Session, InlineEstimator],
+) -> None:
+    session, inline = finished
+    shown = session.result
+    session.apply(ask.RunAgain())
+    part = next(message for message in inline.messages if isinstance(message, told.MapChanged)).snapshot
+    inline.messages.clear()
+    session.receive(told.Stopped(len(inline.asked), part, b"part"))
+    assert numbers(session) == ([1, 2], 1, None)
+    assert shown is not None
+    assert session.findings.snapshot is shown.snapshot
+    assert session.results.all[1].stopped_after == len(part.poses)
+    assert "kept as result 2" in session.notices[-1].text
+
+
+def test_the_result_shown_cannot_be_deleted_and_any_other_can(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    solved_again(session, inline)
+    session.apply(ask.DeleteResult(2))
+    assert "stays" in session.notices[-1].text
+    session.apply(ask.DeleteResult(1))
+    assert numbers(session) == ([2], 2, None)
+    session.apply(ask.DeleteResult(1))
+    assert "no such result" in session.notices[-1].text
+    solved_again(session, inline)
+    session.apply(ask.ShowResult(2))
+    session.apply(ask.DeleteResult(3))
+    solved_again(session, inline)
+    assert numbers(session) == ([2, 4], 4, 2), "a number is never used twice"
+
+
+def test_covariances_that_were_cancelled_are_computed_when_asked_for_again(
+    finished: tuple[Session, InlineEstimator],
+) -> None:
+    session, inline = finished
+    session.apply(ask.Optimise())
+    while not (session.activity is not None and session.activity.work is Work.COVARIANCES):
+        session.receive(inline.messages.pop(0))
+    session.apply(ask.Cancel())
+    assert inline.cancelled == len(inline.asked)
+    inline.messages.clear()
+    session.receive(told.Stopped(len(inline.asked)))
+    assert session.activity is None
+    assert numbers(session) == ([1, 2], 2, 1)
+    assert not session.findings.covariances
+    session.apply(ask.ShowResult(2))
+    deliver(session, inline)
+    assert session.findings.covariances
+
+
+def test_results_belong_to_their_log(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    solved_again(session, inline)
+    assert session.log is not None
+    request = ask.OpenLog(Path("next.log"))
+    session.apply(request)
+    session.apply(ask.LogOpened(request, session.log))
+    assert numbers(session) == ([], None, None)
+    assert session.compared_view is None
+    assert session.recipe == Recipe()

@@ -25,11 +25,11 @@ class ComparePanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._post = post
         self._results = Results()
-        self._shown = gui.add_dropdown("Shown  ━━", (NOTHING,))
-        self._compared = gui.add_dropdown("Over it  ╍╍", (NOTHING,))
+        self._shown = gui.add_dropdown("Shown (solid)", (NOTHING,))
+        self._compared = gui.add_dropdown("Over it (dashed)", (NOTHING,))
         self._text = gui.add_html("")
         self._go = gui.add_button("Go to the largest difference", icon=viser.Icon.TARGET, visible=False)
-        self._swap = gui.add_button("Swap the two", icon=viser.Icon.SWITCH_HORIZONTAL, visible=False)
+        self._swap = gui.add_button("Swap the two", icon=viser.Icon.SWITCH_HORIZONTAL, color="gray", visible=False)
         self._delete = gui.add_button("Delete the one over it", icon=viser.Icon.TRASH, color="gray", visible=False)
         on_change(self._shown, lambda: self._show(self._shown.value))
         on_change(self._compared, lambda: post(CompareWith(number_of(self._compared.value))))
@@ -84,20 +84,20 @@ def report(results: Results) -> list[str]:
         rows = [*choices(shown), *zip((figure.name for figure in FIGURES), figures(shown), strict=True)]
         more = "Run again under Estimate to have something to compare." if len(results.all) == 1 else ""
         return [table.pairs(rows), table.paragraph(NOTES, "dim"), table.paragraph(more, "dim")]
+    header = ("", f"result {shown.number}", f"result {compared.number}", "difference")
     return [
-        table.table(("", f"━ {shown.number}", f"╍ {compared.number}", "difference"), rows_of(shown, compared),
-                    numbers=(1, 2, 3)),
+        f'<div class="two">{table.table(header, rows_of(shown, compared), numbers=(1, 2, 3))}</div>',
         table.paragraph(apart(shown, compared)),
         table.paragraph(NOTES, "dim"),
-    ]  # fmt: skip
+    ]
 
 
 def rows_of(shown: Result, compared: Result) -> list[tuple[str, str, str, str]]:
-    """Choices and figures of both, and their differences."""
+    """What the two were made with, where that differs, and the figures of both with their differences."""
     made = zip(choices(shown), choices(compared), strict=True)
     measured = zip(FIGURES, figures(shown), figures(compared), differences(shown, compared), strict=True)
     return [
-        *((name, one, other, "") for (name, one), (_, other) in made),
+        *((name, one, other, "") for (name, one), (_, other) in made if one != other),
         *((figure.name, one, other, more) for figure, one, other, more in measured),
     ]
 

@@ -11,6 +11,8 @@ TEXTS = """
 .ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}
 .ss td.n,.ss th.n{text-align:right}
 .ss tr.on td{background:#0072b244}
+.ss .two th:nth-child(2){border-bottom:2px solid #56b4e9}
+.ss .two th:nth-child(3){border-bottom:2px dashed #e69f00}
 .ss p{margin:4px 0}
 .ss ul{margin:4px 0;padding-left:18px}
 .ss .dim{opacity:.72}

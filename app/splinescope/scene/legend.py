@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bspline_slam.segmentation import EndKind
 from splinescope.palette import (
-    COMPARED,
+    COMPARED_HUE,
     GREEN,
     GREY,
     PURPLE,
@@ -49,8 +49,8 @@ def legend(theme: Theme) -> list[Section]:
     ]
     hues = "".join(_line(theme.spline(i), LineStyle.SOLID, x=1 + 11 * i, length=9.0) for i in range(3))
     shapes = [
-        _entry("Map splines, hue by id", hues),
-        _entry("Compared result", _line(theme.legible(COMPARED), LineStyle.DASHED)),
+        _entry("Map splines, hue by id" if theme.one_hue is None else "Shown result", hues),
+        _entry("Compared result", _line(theme.legible(COMPARED_HUE), LineStyle.DASHED)),
         _entry("Control point", _glyph(theme.spline(0), Glyph.SQUARE, 3.5)),
         _entry("2σ ellipse (86 %)", _ellipse(theme.legible(SKY))),
         _entry("Impossible covariance", _glyph(theme.legible(VERMILION), Glyph.WARNING)),

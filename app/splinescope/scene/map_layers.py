@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from bspline_slam.bspline import BSpline
 from bspline_slam.spline_map import MapSpline
-from splinescope.palette import COMPARED, GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
+from splinescope.palette import COMPARED_HUE, GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
 from splinescope.scene.ellipses import blocks, ellipses
@@ -32,7 +32,7 @@ def splines(view: MapView, theme: Theme, detail: Detail) -> Strokes:
 
 def compared(view: MapView, theme: Theme, detail: Detail) -> Strokes:
     """Splines and path of the result laid over the one shown: all in one hue, the splines dashed, the path dotted."""
-    hue = theme.legible(COMPARED)
+    hue = theme.legible(COMPARED_HUE)
     segments, _ = sampled([s.curve for s in view.map], [s.span for s in view.map], detail)
     path = _path(view.estimate, LineStyle.DOTTED, hue, detail)
     return Strokes.joined([path, Strokes.of(broken(segments, LineStyle.DASHED, detail.pixel), hue)])

@@ -148,7 +148,7 @@ class Scene:
         self._nodes = {d.name: LineNode(server, d.name, i + 1, d.width) for i, d in enumerate(DRAWINGS)}
         self._drawn: dict[str, Sources] = {}
         self._detail = OVERVIEW
-        self._dark: bool | None = None
+        self._theme: Theme | None = None
         self._told: dict[str, object] = {}
 
     @property
@@ -164,9 +164,9 @@ class Scene:
     def draw(self, view: View) -> None:
         """Make every page show this View; what it shares with the last one is not sent again."""
         self._detail = self._wanted_detail()
-        frame = Frame(view, theme(view.dark), self._detail)
-        if view.dark != self._dark:
-            self._dark = view.dark
+        frame = Frame(view, theme(view.dark, view.comparing), self._detail)
+        if frame.theme is not self._theme:
+            self._theme = frame.theme
             self.page.set_dark(view.dark)
             self.page.send("legend", legend(frame.theme))
         self._tell("grid", Layer.GRID in view.layers)
