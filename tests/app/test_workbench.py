@@ -147,8 +147,8 @@ def test_decisions_are_listed_and_selected_by_number(ready: Viewer, open_window:
 
 def test_optimising_lowers_the_cost_and_says_what_it_did(ready: Viewer, open_window: Opener) -> None:
     window = open_window(ready.url, width=1920, height=1080)
-    tab(window, "Optimise")
-    window.page.get_by_role("button", name="Optimise the whole map").click()
+    tab(window, "Estimate")
+    window.page.get_by_role("button", name="Only solve this map again").click()
     expect(window.page.get_by_text("The map is optimised")).to_be_visible(timeout=1000 * PATIENCE)
     expect(window.page.get_by_text("cost before → after")).to_be_visible()
     expect(window.page.locator(".uplot")).to_be_visible()
