@@ -32,4 +32,9 @@ div:has(> .mantine-Flex-root > div input[type=checkbox]){padding-bottom:1px !imp
 """
 """The box before its text, the text in one line: the viewer leaves a third of the width to it."""
 
-STYLE = f"<style>{TEXTS}{CHECKBOXES}</style>"
+TABS = """
+.mantine-Tabs-list .mantine-Tabs-tab{padding-left:8px !important;padding-right:8px !important}
+"""
+"""All of them in one row."""
+
+STYLE = f"<style>{TEXTS}{CHECKBOXES}{TABS}</style>"
