@@ -6,10 +6,12 @@ import platform
 import resource
 import sys
 from collections import Counter
+from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
 from bspline_slam.backends.protocol import Estimate
+from bspline_slam.calibration import odometry_bias
 from bspline_slam.config import config_to_dict
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
@@ -25,6 +27,7 @@ def report(log: ScanLog, config: SlamConfig, snapshot: Snapshot, seconds: dict[s
         "log": _log(log),
         "counts": _counts(snapshot),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
+        "odometry": _odometry(log, snapshot),
         "seconds": {stage: round(time, 3) for stage, time in seconds.items()},
         "seconds_total": round(sum(seconds.values()), 3),
         "peak_memory_mb": round(peak_memory_mb(), 1),
@@ -51,6 +54,12 @@ def _log(log: ScanLog) -> dict[str, Any]:
         "odometry": log.odometry is not None,
         "notes": list(log.notes),
     }
+
+
+def _odometry(log: ScanLog, snapshot: Snapshot) -> dict[str, Any] | None:
+    """The calibration of odometry that the estimate implies; None where it tells none."""
+    bias = odometry_bias(log.records, snapshot.poses)
+    return None if bias is None else {name: round(value, 4) for name, value in asdict(bias).items()}
 
 
 def _counts(snapshot: Snapshot) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.calibration import in_step, odometry_lag, scan_records
 from bspline_slam.errors import LogError
 from bspline_slam.scan import Records, increasing_times
 
@@ -29,17 +30,19 @@ class Trajectory:
 
     @classmethod
     def from_scan_poses(cls, records: Records, scan_poses: Float[np.ndarray, "scans 3"]) -> Trajectory:
-        """The poses of the scans, and between them odometry with its closing difference spread along the way.
+        """The poses of the scans, and between them odometry with its closing difference spread over the records.
 
-        Without odometry the pose between two scans is interpolated in time. Records before the first and after the
-        last scan hang on that scan by odometry. `scan_poses` may be shorter than the log has scans.
+        Odometry is first brought in step with the scans, where they show that it lags. Without odometry the pose
+        between two scans is interpolated in time. Records before the first and after the last scan hang on that scan
+        by odometry. `scan_poses` may be shorter than the log has scans.
         """
-        anchor = (records.scan_of_record >= 0) & (records.scan_of_record < len(scan_poses))
-        places = np.flatnonzero(anchor)
+        places = scan_records(records, len(scan_poses))
         poses = scan_poses[records.scan_of_record[places]]
-        odometry = np.zeros((len(anchor), 3)) if records.odometry is None else records.odometry
-        way = records.times if records.odometry is None else _way(odometry)
-        return cls(records.stamps, _filled(odometry, way, places, poses))
+        count = len(records.stamps)
+        if records.odometry is None:
+            return cls(records.stamps, _filled(np.zeros((count, 3)), records.times, places, poses))
+        odometry = in_step(records.odometry, odometry_lag(records, scan_poses))
+        return cls(records.stamps, _filled(odometry, np.arange(count, dtype=float), places, poses))
 
     @classmethod
     def from_tum(cls, path: Path) -> Trajectory:
@@ -98,12 +101,6 @@ class Trajectory:
         return np.where((off <= tolerance)[:, None], self.poses[record], between)
 
 
-def _way(odometry: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
-    """Distance gone (m) plus angle turned (rad) since the first record; never quite still, so that it always grows."""
-    step = np.linalg.norm(np.diff(odometry[:, :2], axis=0), axis=1) + np.abs(se2.wrap(np.diff(odometry[:, 2])))
-    return np.concatenate([[0.0], np.cumsum(step + 1e-9)])
-
-
 def _filled(
     odometry: Float[np.ndarray, "n 3"],
     way: Float[np.ndarray, "n"],
@@ -111,7 +108,7 @@ def _filled(
     poses: Float[np.ndarray, "k 3"],
 ) -> Float[np.ndarray, "n 3"]:
     """A pose for every record, given those at `places`: odometry onwards from the earlier one and back from the
-    later one, blended by the share of the way gone."""
+    later one, blended by the share of the way (a measure that grows with the records) gone."""
     if len(places) == 0:
         return odometry
     after = np.searchsorted(places, np.arange(len(odometry)), side="left")
