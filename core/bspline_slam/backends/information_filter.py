@@ -1,9 +1,11 @@
 """The filter behind `ekf` and `bs_slam`: an extended Kalman filter over the current pose and all control points.
 
 It is kept in information form (Λ, the inverse of the covariance), which is the same estimator: motion is linearised
-at the last estimate, observations at the prediction, each once and never again; then the pose before is marginalised.
-So past poses are gone: the estimate of a key scan is the filtered one of its own time, and pose factors between
-others than neighbours (loop closures) cannot be stated. A loop closes when a spline is seen again.
+at the last estimate, observations at the prediction, each once and never again. Past poses stay in Λ, where they are
+eliminated with every update: to marginalise them is the same, but would tie all control points to each other, and
+that dense matrix of a large map cannot be factorised a thousand times. Nothing is linearised at them any more: the
+estimate of a key scan is the filtered one of its own time, and pose factors between others than neighbours (loop
+closures) are not stated. A loop closes when a spline is seen again.
 
 A control point enters where the key scan that sees it first has it by the starting values, ±`NEWCOMER`: relative to
 that pose, so it says nothing about the pose, and keeps within bounds what nothing observes.
@@ -17,7 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import SuperLU, splu
 
 from bspline_slam import se2
 from bspline_slam.backends.arrival import Arrival, arrivals, entries, first_seen, is_motion, predicted_pose
@@ -36,16 +39,14 @@ from bspline_slam.backends.protocol import (
     unless_cancelled,
 )
 from bspline_slam.backends.statistics import estimate_of
-from bspline_slam.backends.threads import single_thread
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph, SplineFactor
 
 NEWCOMER = 1.0
 """Standard deviation (m) of a control point that enters, relative to the pose that sees it first."""
-POSES = 6
-"""Columns of Λ before those of the control points: poses take turns in two slots of three."""
 
 Columns = Int[np.ndarray, "u"]
+Entries = tuple[Columns, Columns, Float[np.ndarray, "u"]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,30 +76,31 @@ class InformationFilter:
     def __init__(self, graph: Graph, observe: Observe) -> None:
         self.graph, self.observe = graph, observe
         self.coming = arrivals(graph)
-        order = np.concatenate([np.empty(0, dtype=np.int64), *(arrival.control_points for arrival in self.coming)])
-        self.slots = np.empty(len(order), dtype=np.int64)
-        self.slots[order] = POSES + 2 * np.arange(len(order))
-        self.used = POSES
+        self.pose_slots, self.point_slots = slots(self.coming, len(graph.control_points))
+        self.used = 0
         self.poses: list[np.ndarray] = []
         self.pose_covariances: list[np.ndarray] = []
         self.control_points = graph.control_points.copy()
-        self.information = np.zeros((POSES + 2 * len(order),) * 2)
-        self.information[range(POSES), range(POSES)] = 1.0
+        self.information = csc_array((graph.unknowns, graph.unknowns))
 
     def arrive(self, arrival: Arrival) -> None:
-        """Predict, let control points enter, update, forget the pose before."""
+        """Predict, let control points enter, update."""
         pose = predicted_pose(self.graph, arrival, self.poses[-1] if self.poses else None)
         seen = first_seen(self.graph, arrival)
         self.control_points[arrival.control_points] = se2.transform(pose, seen)
-        self.used += 2 * len(seen)
-        now, before = pose_slot(arrival.pose), pose_slot(arrival.pose - 1)
-        self.information[now, now] = STEP_INFORMATION
+        self.used += 3 + 2 * len(seen)
+        now = self._pose_columns(arrival.pose)
         gradient = np.zeros(self.used)
+        held: Entries = (now, now, np.full(3, STEP_INFORMATION))
+        entries = [held]
         for columns, residual, jacobian in self._terms(arrival, pose, seen):
-            self.information[np.ix_(columns, columns)] += jacobian.T @ jacobian
             gradient[columns] += jacobian.T @ residual
+            count = len(columns)
+            entries.append((np.repeat(columns, count), np.tile(columns, count), (jacobian.T @ jacobian).ravel()))
+        rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+        news = coo_array((values, (rows, columns)), shape=self.information.shape)
+        self.information = csc_array(self.information + news.tocsc())
         self._update(now, pose, gradient)
-        self._forget(before)
 
     def spline_covariance(self, spline: int) -> Float[np.ndarray, "d d"]:
         """Of (c_1x, c_1y, c_2x, …) of the spline with this id."""
@@ -109,11 +111,11 @@ class InformationFilter:
         self, arrival: Arrival, pose: Float[np.ndarray, "3"], seen: Float[np.ndarray, "m 2"]
     ) -> Iterator[tuple[Columns, Float[np.ndarray, "r"], Float[np.ndarray, "r u"]]]:
         """Columns, residual and Jacobian of everything that an arrival brings."""
-        now, points = pose_slot(arrival.pose), self.control_points
+        now, points = self._pose_columns(arrival.pose), self.control_points
         around = {arrival.pose: pose, arrival.pose - 1: self.poses[-1] if self.poses else pose}
         for factor in arrival.pose_factors:
             ends = around[factor.i], around[factor.j]
-            columns = np.append(pose_slot(factor.i), pose_slot(factor.j))
+            columns = np.append(self._pose_columns(factor.i), self._pose_columns(factor.j))
             yield columns, factor.residual(*ends), np.hstack(factor.jacobians(*ends))
         for prior in arrival.pose_priors:
             yield now, prior.residual(pose), prior.sqrt_information
@@ -133,44 +135,42 @@ class InformationFilter:
     def _update(self, now: Columns, pose: Float[np.ndarray, "3"], gradient: Float[np.ndarray, "a"]) -> None:
         """Move the means to the new optimum and note the pose as it is filtered."""
         factor = self._factor()
-        with single_thread():
-            step = -cho_solve(factor, gradient, check_finite=False)
+        step = -factor.solve(gradient)
         pose = pose + step[now]
         self.poses.append(np.append(pose[:2], se2.wrap(pose[2])))
         self.pose_covariances.append(self._covariance(factor, now))
-        entered = np.flatnonzero(self.slots < self.used)
+        entered = np.flatnonzero(self.point_slots < self.used)
         self.control_points[entered] += step[self._columns(entered)].reshape(-1, 2)
 
-    def _forget(self, slot: Columns) -> None:
-        """Marginalise the pose in this slot."""
-        information = self.information[: self.used, : self.used]
-        tie = information[:, slot].copy()
-        information -= tie @ np.linalg.solve(tie[slot], tie.T)
-        information[slot], information[:, slot] = 0.0, 0.0
-        information[slot, slot] = 1.0
+    def _pose_columns(self, pose: int) -> Columns:
+        return self.pose_slots[pose] + np.arange(3)
 
     def _columns(self, control_points: Int[np.ndarray, "m"]) -> Columns:
-        return (self.slots[control_points][:, None] + np.arange(2)).ravel()
+        return (self.point_slots[control_points][:, None] + np.arange(2)).ravel()
 
-    def _factor(self) -> tuple[Float[np.ndarray, "a a"], bool]:
+    def _factor(self) -> SuperLU:
         try:
-            with single_thread():
-                return cho_factor(self.information[: self.used, : self.used], lower=True, check_finite=False)
-        except LinAlgError as error:
+            known = self.information[: self.used, : self.used]
+            options = {"SymmetricMode": True}
+            return splu(known, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        except RuntimeError as error:
             raise SolverError(f"the filter is singular after {len(self.poses)} key scans: {error}") from error
 
-    def _covariance(self, factor: tuple[Float[np.ndarray, "a a"], bool], columns: Columns) -> np.ndarray:
+    def _covariance(self, factor: SuperLU, columns: Columns) -> np.ndarray:
         """Block of Λ⁻¹."""
-        units = np.zeros((len(factor[0]), len(columns)))
+        units = np.zeros((self.used, len(columns)))
         units[columns, np.arange(len(columns))] = 1.0
-        with single_thread():
-            block = cho_solve(factor, units, check_finite=False)[columns]
+        block = factor.solve(units)[columns]
         return 0.5 * (block + block.T)
 
 
-def pose_slot(pose: int) -> Columns:
-    """Columns of a pose while it is the current one or the one before."""
-    return 3 * (pose % 2) + np.arange(3)
+def slots(coming: Sequence[Arrival], control_points: int) -> tuple[Int[np.ndarray, "n"], Int[np.ndarray, "N"]]:
+    """First column in Λ of each pose and of each control point: in the order in which they come in."""
+    widths = np.array([3 + 2 * len(arrival.control_points) for arrival in coming])
+    pose_slots, point_slots = np.cumsum(widths) - widths, np.empty(control_points, dtype=np.int64)
+    for begin, arrival in zip(pose_slots, coming, strict=True):
+        point_slots[arrival.control_points] = begin + 3 + 2 * np.arange(len(arrival.control_points))
+    return pose_slots, point_slots
 
 
 class KeyScanFilter(ABC):
