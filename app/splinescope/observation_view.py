@@ -15,6 +15,7 @@ from bspline_slam.observation_steps import ObservationSteps, ObservedRelation, o
 from bspline_slam.relation import RelationConfig
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import ScanSegment
+from bspline_slam.slam import SlamConfig
 from splinescope.view import MapView, ScanView, Selection
 
 
@@ -40,13 +41,14 @@ class ObservationStep(Enum):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ObservationView:
-    """One segment with its steps (sensor frame, which `pose` places in the world).
+    """One segment with its steps (sensor frame, which `pose` places in the world), in a run with this `model`.
 
     `association` is the decision about its piece number `piece` of `pieces`, the longest first; `relation` is what
     that piece is to its spline as the map has it now, or a sentence on why that cannot be told.
     """
 
     scan: int
+    model: str
     segment: ScanSegment
     pose: Float[np.ndarray, "3"]
     steps: ObservationSteps
@@ -57,10 +59,12 @@ class ObservationView:
 
 
 def view_observation(
-    scan: ScanView | None, world: MapView | None, selection: Selection | None
+    scan: ScanView | None, world: MapView | None, selection: Selection | None, config: SlamConfig
 ) -> ObservationView | str:
-    """The selected segment step by step, or a sentence on what is missing; `selection.sub` chooses among its
-    pieces."""
+    """The selected segment step by step, or a sentence on what is missing.
+
+    `selection.sub` chooses among its pieces, `config` is that of the run.
+    """
     if scan is None:
         return "No scan is shown."
     if not scan.key:
@@ -72,13 +76,16 @@ def view_observation(
     segment = next((f.segment for f in scan.segments if f.segment.index == selection.id), None)
     if segment is None:
         return f"Key scan {scan.scan.index} has no segment {selection.id}."
-    return _taken_apart(scan, segment, world, selection.sub)
+    return _taken_apart(scan, segment, world, selection.sub, config)
 
 
-def _taken_apart(scan: ScanView, segment: ScanSegment, world: MapView | None, piece: int) -> ObservationView | str:
+def _taken_apart(
+    scan: ScanView, segment: ScanSegment, world: MapView | None, piece: int, config: SlamConfig
+) -> ObservationView | str:
     sensor = scan.scan.pose_robot_sensor
     try:
-        steps = observation_steps(se2.transform(se2.inverse(sensor), segment.points))
+        points = se2.transform(se2.inverse(sensor), segment.points)
+        steps = observation_steps(points, config.fitting, config.adjustment.chord_length_noise)
     except GeometryError as error:
         return f"Segment {segment.index} cannot be observed: {error}."
     mine = sorted(
@@ -89,7 +96,15 @@ def _taken_apart(scan: ScanView, segment: ScanSegment, world: MapView | None, pi
     pose = se2.compose(scan.pose, sensor)
     relation = _relation(scan.scan, segment, chosen, world, pose)
     return ObservationView(
-        scan.scan.index, segment, pose, steps, chosen, piece % len(mine) if mine else 0, len(mine), relation
+        scan.scan.index,
+        config.adjustment.model,
+        segment,
+        pose,
+        steps,
+        chosen,
+        piece % len(mine) if mine else 0,
+        len(mine),
+        relation,
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamConfig
 from splinescope import commands as ask
 from splinescope.activity import Activity
 from splinescope.estimation import Estimation, Estimator
@@ -93,7 +94,7 @@ class Session:
         """The selected segment of the current key scan taken apart, or why there is none."""
         key = (self.scan_view, self.map_view, self.selection)
         if self._observation is None or self._observation[0] != key:
-            self._observation = (key, view_observation(*key))
+            self._observation = (key, view_observation(*key, SlamConfig()))
         return self._observation[1]
 
     @property

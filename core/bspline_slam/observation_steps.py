@@ -62,7 +62,8 @@ class ObservationSteps:
     """A segment on its way to control points.
 
     `lengths` are the cumulated chords (m), `parameters` their shares of the whole (eqs 8–10), `basis` has a row for
-    each point and a column for each control point (eq. 7), `curve` is the least-squares fit (eq. 6).
+    each point and a column for each control point (eq. 7), `curve` is the least-squares fit (eq. 6), `noise` what the
+    terms were made with.
     """
 
     points: Float[np.ndarray, "m 2"]
@@ -71,6 +72,7 @@ class ObservationSteps:
     basis: Float[np.ndarray, "m n"]
     curve: BSpline
     terms: CovarianceTerms
+    noise: ChordLengthNoise
 
     @property
     def rms(self) -> float:
@@ -113,29 +115,31 @@ def observation_steps(
     points: Float[np.ndarray, "m 2"],
     fitting: FittingConfig | None = None,
     noise: ChordLengthNoise | None = None,
+    control_points: int | None = None,
 ) -> ObservationSteps:
     """Every step from the points of a segment, in order, to control points and their covariance.
 
-    The curve is clamped, with a control point for each knot spacing of length, as far as the points determine them.
+    The curve is clamped, with so many control points, or (None) one for each knot spacing of its length, as far as the
+    points determine them.
     Raises GeometryError with fewer than two distinct points.
     """
     fitting, noise = fitting or FittingConfig(), noise or ChordLengthNoise()
     t = chord_length_parameters(points)
-    frame = determined(fit_chord_length(points, fitting).curve, t)
+    wanted = control_points or len(fit_chord_length(points, fitting).curve.control_points)
+    frame = determined_frame(t, wanted, fitting.degree)
     apart = replace(noise, unseen=0.0)
     observed = observe_spline(points, frame, fitting, apart)
     terms = covariance_terms(points, frame, fitting, apart)
-    return ObservationSteps(points, cumulated_chords(points), t, frame.basis(t), observed.curve, terms)
+    return ObservationSteps(points, cumulated_chords(points), t, frame.basis(t), observed.curve, terms, noise)
 
 
-def determined(curve: BSpline, t: Float[np.ndarray, "m"]) -> BSpline:
-    """The curve, or a clamped one of as many control points as data at these parameters determine."""
-    for count in range(len(curve.control_points), curve.degree, -1):
-        if count < len(curve.control_points):
-            curve = BSpline(curve.degree, clamped_knots(count, curve.degree), np.zeros((count, 2)))
-        if np.linalg.cond(curve.basis(t)) <= LARGEST_CONDITION:
-            break
-    return curve
+def determined_frame(t: Float[np.ndarray, "m"], wanted: int, degree: int) -> BSpline:
+    """A clamped curve without shape, of as many control points as wanted or as data at these parameters determine."""
+    count = max(min(wanted, len(t)), degree + 1)
+    frame = BSpline(degree, clamped_knots(count, degree), np.zeros((count, 2)))
+    if count == degree + 1 or np.linalg.cond(frame.basis(t)) <= LARGEST_CONDITION:
+        return frame
+    return determined_frame(t, count - 1, degree)
 
 
 def observed_relation(

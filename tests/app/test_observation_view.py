@@ -11,11 +11,14 @@ from app.views import floor_map, map_view, scan_view
 from bspline_slam.association import Verdict
 from bspline_slam.observation_steps import ObservedRelation
 from bspline_slam.relation import EndRelation, Relation
+from bspline_slam.slam import SlamConfig
 from splinescope.observation_picture import observation_picture
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.palette import DARK, LIGHT
 from splinescope.panels import observation as panel
 from splinescope.view import MapView, ScanView, Selection
+
+CONFIG = SlamConfig()
 
 
 @pytest.fixture
@@ -29,7 +32,9 @@ def world() -> MapView:
 
 
 def views(scan: ScanView, world: MapView | None) -> list[ObservationView]:
-    found = [view_observation(scan, world, Selection("segment", fitted.segment.index)) for fitted in scan.segments]
+    found = [
+        view_observation(scan, world, Selection("segment", fitted.segment.index), CONFIG) for fitted in scan.segments
+    ]
     return [view for view in found if isinstance(view, ObservationView)]
 
 
@@ -81,7 +86,7 @@ def test_pieces_of_a_segment_are_gone_through_in_a_circle(scan: ScanView, world:
     middle = (whole.first + whole.last) // 2
     cut = (replace(whole, last=middle + 2), replace(whole, first=middle + 3))
     two = replace(scan, associations=cut)
-    seen = [view_observation(two, world, Selection("segment", whole.segment, sub)) for sub in range(3)]
+    seen = [view_observation(two, world, Selection("segment", whole.segment, sub), CONFIG) for sub in range(3)]
     assert [view.piece for view in seen if isinstance(view, ObservationView)] == [0, 1, 0]
     for view, association in zip(seen, (*cut, cut[0]), strict=True):
         assert isinstance(view, ObservationView)
@@ -104,15 +109,17 @@ def test_pieces_of_a_segment_are_gone_through_in_a_circle(scan: ScanView, world:
 def test_what_is_missing_is_said(
     scan: ScanView, world: MapView, change: dict, selection: Selection | None, said: str
 ) -> None:
-    assert said in str(view_observation(replace(scan, **change), world, selection))
+    assert said in str(view_observation(replace(scan, **change), world, selection, CONFIG))
 
 
 def test_beams_in_one_place_cannot_be_observed(scan: ScanView, world: MapView) -> None:
     first = scan.segments[0]
     heap = replace(first.segment, points=np.ones_like(first.segment.points))
-    found = view_observation(replace(scan, segments=(replace(first, segment=heap),)), world, Selection("segment", 0))
+    found = view_observation(
+        replace(scan, segments=(replace(first, segment=heap),)), world, Selection("segment", 0), CONFIG
+    )
     assert "cannot be observed: a curve needs at least two distinct points" in str(found)
-    assert "No scan" in str(view_observation(None, None, None))
+    assert "No scan" in str(view_observation(None, None, None, CONFIG))
 
 
 def test_steps_end_at_both_ends() -> None:
@@ -135,3 +142,9 @@ def test_the_spline_of_the_map_counts_only_where_scans_support_it(scan: ScanView
     ]
     assert related
     assert all(np.ptp(relation.full_spline.domain) == pytest.approx(span[1] - span[0]) for relation in related)
+
+
+def test_a_run_by_another_model_is_said_to_be_one(scan: ScanView, world: MapView) -> None:
+    view = views(scan, world)[0]
+    assert "This run observes by normal-distance" in "".join(panel.headline(view))
+    assert "This run" not in "".join(panel.headline(replace(view, model="chord-length")))

@@ -104,3 +104,9 @@ def test_the_relation_does_not_depend_on_the_sense_of_the_full_spline(
         seen = observed_relation(curve, points[first:last], RelationConfig())
         assert seen.decision.relation is expected
         assert np.allclose(seen.full_spline(np.array(seen.full_spline.domain)), points[[0, -1]], atol=0.05)
+
+
+def test_as_many_control_points_as_wanted_where_the_points_determine_them() -> None:
+    rng = np.random.default_rng(5)
+    assert len(observation_steps(arc(rng, 60), control_points=13).curve.control_points) == 13
+    assert 4 <= len(observation_steps(arc(rng, 8), control_points=13).curve.control_points) <= 8

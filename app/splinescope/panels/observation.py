@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from bspline_slam.observation import ChordLengthNoise
+from bspline_slam.observation import MODELS
 from bspline_slam.relation import EndComparison, EndRelation, Relation
 from splinescope import table
 from splinescope.commands import Seek, Select, ShowObservation, StepObservation
@@ -21,7 +21,6 @@ WIDTH = 360.0
 BACK, NEXT = "← Back", "Next →"
 MOST_ROWS = 9
 """Of a longer list so many rows are shown, evenly chosen."""
-NOISE = ChordLengthNoise()
 RELATIONS = {
     Relation.FULL: "Both ends coincide with those of the spline: the scan saw the full spline again.",
     Relation.PART: "Neither end goes beyond the spline: the scan saw a part of it.",
@@ -99,13 +98,15 @@ def headline(view: ObservationView | str) -> list[str]:
     """Which observation it is, or what is missing, as HTML parts."""
     if isinstance(view, str):
         return [table.paragraph(ABOUT, "dim"), table.paragraph(view)]
-    piece = f", piece {view.piece + 1} of {view.pieces}" if view.pieces > 1 else ""
-    beams = f"{len(view.segment.beams)} beams{piece}"
-    return [
-        table.paragraph(f"Segment {view.segment.index} of key scan {view.scan}, {beams}. Keys b and n step.", "dim")
-    ]
+    piece = f" · piece {view.piece + 1} of {view.pieces}" if view.pieces > 1 else ""
+    beams = f"{len(view.segment.beams)} beams{piece} · keys b, n"
+    parts = [table.paragraph(f"Segment {view.segment.index} of key scan {view.scan} · {beams}", "dim")]
+    if view.model != PAPER:
+        parts.append(table.paragraph(f"This run observes by {view.model}; the paper would do it so:", "dim"))
+    return parts
 
 
+PAPER = MODELS[1]
 ABOUT = (
     "How a segment becomes an observation, as the paper has it: chord-length parameters, basis, control points, "
     "covariance, and the decision which part of its spline was seen."
@@ -179,14 +180,14 @@ def _control_points(view: ObservationView) -> list[str]:
 
 
 def _covariance(view: ObservationView) -> list[str]:
-    terms = view.steps.terms
+    terms, noise = view.steps.terms, view.steps.noise
     deviations = [deviation(blocks) for blocks in (terms.noise, terms.resolution, terms.chord_error, terms.total)]
     rows = [(str(i + 1), *(f"{1000 * column[i]:.1f}" for column in deviations)) for i in range(len(terms.noise))]
     return [
         table.paragraph(
             "How far off may a control point be? Three terms add up: the noise of the beams carried through the fit, "
-            f"P_s (eqs 11, 12); the resolution of the sensor, P_t1 = {NOISE.resolution:g} m² (eq. 13); and chords "
-            f"taken for arcs, P_t2 = min(t, 1 − t) · {NOISE.cons:g} m², nothing at the ends and most in the middle "
+            f"P_s (eqs 11, 12); the resolution of the sensor, P_t1 = {noise.resolution:g} m² (eq. 13); and chords "
+            f"taken for arcs, P_t2 = min(t, 1 − t) · {noise.cons:g} m², nothing at the ends and most in the middle "
             "(eq. 14)."
         ),
         table.table(("i", "P_s", "P_t1", "P_t2", "Sum"), rows, numbers=range(5)),
