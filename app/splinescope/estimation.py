@@ -92,6 +92,12 @@ class Estimation:
         return self.activity is not None and self.activity.work in (Work.PROCESSING, Work.OPTIMISING)
 
     @property
+    def recipe(self) -> Recipe:
+        """What the map that can be seen is made by."""
+        shown = self.results.shown
+        return self._recipe if self.busy or shown is None else shown.recipe
+
+    @property
     def solution(self) -> Solution | None:
         """The figures behind the result shown; None while another one is being made."""
         shown = self.results.shown

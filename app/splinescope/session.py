@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig
 from splinescope import commands as ask
 from splinescope.activity import Activity
 from splinescope.estimation import Estimation, Estimator
@@ -92,9 +91,10 @@ class Session:
     @property
     def observation(self) -> ObservationView | str:
         """The selected segment of the current key scan taken apart, or why there is none."""
-        key = (self.scan_view, self.map_view, self.selection)
+        recipe = self.estimation.recipe if self.estimation is not None else Recipe()
+        key = (self.scan_view, self.map_view, self.selection, recipe)
         if self._observation is None or self._observation[0] != key:
-            self._observation = (key, view_observation(*key, SlamConfig()))
+            self._observation = (key, view_observation(*key[:3], recipe.config()))
         return self._observation[1]
 
     @property

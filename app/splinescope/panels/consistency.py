@@ -86,4 +86,8 @@ def introduction(session: Session) -> list[str]:
         return [table.paragraph("The map is being tested; the figures come when that has ended.")]
     if activity is not None:
         return [table.paragraph("The map is tested when processing or optimising has ended.")]
-    return [table.paragraph("The map has not been tested: optimise it first.")]
+    return [
+        table.paragraph(
+            "The map has not been tested. Optimise it under Estimate, or show its result again under Compare."
+        )
+    ]
