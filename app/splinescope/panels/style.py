@@ -33,7 +33,7 @@ div:has(> .mantine-Flex-root > div input[type=checkbox]){padding-bottom:1px !imp
 """The box before its text, the text in one line: the viewer leaves a third of the width to it."""
 
 TABS = """
-.mantine-Tabs-list .mantine-Tabs-tab{padding-left:8px !important;padding-right:8px !important}
+[role=tab]{padding-left:7px !important;padding-right:7px !important}
 """
 """All of them in one row."""
 
