@@ -36,6 +36,7 @@ class TestView:
     def __init__(self, gui: viser.GuiApi, post: Post, title: str, name: str, explanation: str) -> None:
         self._name, self._explanation = name, explanation
         self._worst = self._next = 0
+        self._drawn: tuple[ScanTest, int, bool] | None = None
         self._folder = gui.add_folder(title)
         with self._folder:
             self._text = gui.add_html("")
@@ -47,8 +48,9 @@ class TestView:
     def refresh(self, test: ScanTest | None, session: Session) -> None:
         """Show the test; nothing of it where there is none."""
         self._folder.visible = test is not None and len(test.scans) > 1
-        if test is None or len(test.scans) < 2:
+        if test is None or len(test.scans) < 2 or self._drawn == (test, session.cursor, session.preferences.dark):
             return
+        self._drawn = (test, session.cursor, session.preferences.dark)
         drawn = scan_test_picture(test, session.cursor, self._name, theme(session.preferences.dark))
         said = table.paragraph(f"{self._name}: {in_words(test)} Mean {test.normalised.mean():.2f}.")
         self._text.content = table.block(drawn, said, table.paragraph(self._explanation, "dim"))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from bspline_slam.lab.statistics import chi_square_band
+from bspline_slam.lab.statistics import chi_square_bands
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,7 +26,7 @@ class ScanTest:
     @property
     def bands(self) -> Float[np.ndarray, "n 2"]:
         """Where each normalised square lies with a probability of 95 %."""
-        return np.array([chi_square_band(max(dof, 1.0)) for dof in self.dof]).reshape(-1, 2)
+        return chi_square_bands(np.maximum(self.dof, 1.0))
 
     @property
     def inside(self) -> Bool[np.ndarray, "n"]:

@@ -34,8 +34,13 @@ def nees(
 
 def chi_square_band(dof: float) -> Band:
     """Where χ²/dof lies with a probability of 95 %, as much left out below as above."""
-    low, high = stats.chi2.ppf([0.5 * (1 - CONFIDENCE), 0.5 * (1 + CONFIDENCE)], dof) / dof
+    low, high = chi_square_bands(np.array([dof], dtype=float))[0]
     return float(low), float(high)
+
+
+def chi_square_bands(dof: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 2"]:
+    """The band of each of many at once, which takes hardly longer than that of one."""
+    return stats.chi2.ppf([0.5 * (1 - CONFIDENCE), 0.5 * (1 + CONFIDENCE)], dof[:, None]) / dof[:, None]
 
 
 def binomial_band(trials: int, probability: float = WITHIN_2SIGMA) -> Band:
