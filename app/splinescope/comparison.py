@@ -63,7 +63,7 @@ FIGURES = (
 def choices(result: Result) -> tuple[tuple[str, str], ...]:
     """How a result was made: names and words."""
     recipe = result.recipe
-    made = "whole log" if result.solved_from is None else f"result {result.solved_from} again"
+    made = "whole log" if result.origin is None else f"result {result.origin.number} again"
     if result.stopped_after is not None:
         made = f"{result.stopped_after:,} scans"
     return (

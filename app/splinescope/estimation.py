@@ -61,12 +61,12 @@ class Estimation:
         self.activity = Activity(Work.PROCESSING, job, "Starting the estimator")
 
     def solve(self, recipe: Recipe) -> None:
-        """Let the map shown be solved by the recipe's back end, or say why not."""
+        """Let the run behind the map shown be solved by the recipe's back end, or say why not."""
         shown = self.results.shown
         if self._refused("Nothing was optimised", self.solve_refusal(recipe)) or shown is None:
             return
-        self._begin(recipe, shown.snapshot)
-        job = self._estimator.solve(self._path, shown.kept, recipe.config())
+        self._begin(recipe, shown.run.snapshot)
+        job = self._estimator.solve(self._path, shown.run.kept, recipe.config())
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -232,9 +232,9 @@ class Estimation:
         self.activity = None
         if end.snapshot is not None and end.kept is not None:
             shown = self.results.shown
-            solved_from = shown.number if shown is not None and activity.work is Work.OPTIMISING else None
+            origin = shown.run if shown is not None and activity.work is Work.OPTIMISING else None
             result = self._result(end.snapshot, end.kept, end.solution)
-            self._show_new(replace(result, solved_from=solved_from))
+            self._show_new(replace(result, origin=origin))
             self._tell(done(activity, end.snapshot, end.solution))
         if activity.work is Work.COVARIANCES:
             self._learn(measured=True)

@@ -18,7 +18,7 @@ from splinescope.solution import Solution
 class Result:
     """What one run gave: the map for looking at, the decisions, the figures.
 
-    `solved_from` is the number of the result whose decisions were solved again, None after a run over the log.
+    `origin` is the run over the log whose decisions were solved again, None for such a run itself.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
     estimator; covariances of splines by id and the tests of consistency are there once the result is `measured`.
     """
@@ -30,11 +30,16 @@ class Result:
     processed: int
     kept: bytes
     solution: Solution | None = None
-    solved_from: int | None = None
+    origin: Result | None = None
     stopped_after: int | None = None
     covariances: Mapping[int, Float[np.ndarray, "d d"]] = field(default_factory=dict)
     consistency: ScanConsistency | None = None
     measured: bool = False
+
+    @property
+    def run(self) -> Result:
+        """The run over the log behind it: where every other estimator starts, so that they can be compared."""
+        return self if self.origin is None else self.origin
 
     @property
     def anees(self) -> float | None:

@@ -317,13 +317,28 @@ def test_a_solve_with_another_estimator_is_kept_beside_the_first_result(
     solved_again(session, inline)
     assert numbers(session) == ([1, 2], 2, 1)
     assert session.result is not None
-    assert session.result.solved_from == 1
+    assert session.result.run.number == 1
     assert session.result.recipe.back_end == "sam"
     assert session.result.measured
     assert session.view.compared is session.compared_view
     assert first is not None
     assert session.compared_view is not None
     assert session.compared_view.map is first.snapshot.map
+
+
+def test_every_estimator_starts_from_the_run_over_the_log(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    run = session.result
+    assert run is not None
+    for back_end in ("pose_graph", "sam"):
+        solved_again(session, inline, back_end)
+        asked = next(request for request in reversed(inline.asked) if isinstance(request, told.SolveMap))
+        assert asked.kept is run.kept
+        assert session.result is not None
+        assert session.result.run.number == run.number
+    session.apply(ask.DeleteResult(run.number))
+    solved_again(session, inline)
+    assert session.result.run.number == run.number, "what others were made from is not forgotten with it"
 
 
 def test_the_earlier_result_comes_back_as_it_was(finished: tuple[Session, InlineEstimator]) -> None:
@@ -359,7 +374,7 @@ def test_a_run_with_another_model_processes_the_log_again_and_cannot_be_had_by_s
     assert numbers(session) == ([1, 2], 2, 1)
     assert session.result is not None
     assert session.result.recipe == recipe
-    assert session.result.solved_from is None
+    assert session.result.origin is None
 
 
 def test_a_run_that_fails_leaves_the_result_shown_before(finished: tuple[Session, InlineEstimator]) -> None:
