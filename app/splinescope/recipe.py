@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from bspline_slam.adjustment import AdjustmentConfig
 from bspline_slam.backends import BACK_ENDS
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.observation import MODELS
@@ -27,8 +26,8 @@ class Recipe:
         """The whole configuration."""
         return SlamConfig(
             back_end=self.back_end,
+            model=self.model,
             fitting=replace(FittingConfig(), degree=self.order - 1, spacing=self.spacing),
-            adjustment=replace(AdjustmentConfig(), model=self.model),
         )
 
     @property

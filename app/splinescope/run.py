@@ -18,7 +18,7 @@ from bspline_slam.export.map_svg import map_to_svg
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, marginals, run_slam
+from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, marginals, model_of, run_slam
 from splinescope.report import report
 
 Progress = Callable[[str, float], None]
@@ -104,9 +104,10 @@ def resolved_config(file: Path | None, back_end: str | None, model: str | None) 
     if back_end is not None:
         data = data | {"back_end": back_end}
     if model is not None:
-        data = data | {"adjustment": data.get("adjustment", {}) | {"model": model}}
+        data = data | {"model": model}
     config = config_from_dict(SlamConfig, data)
-    make_back_end(config.back_end)  # a wrong name is refused now, not after the last scan
+    make_back_end(config.back_end)  # a wrong name is refused now, not after the log was read
+    model_of(config)
     return config
 
 

@@ -17,10 +17,11 @@ from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled
-from bspline_slam.fitting import FittingConfig, chord_length_parameters
+from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.kernels import curves as kernels
-from bspline_slam.observation import MODELS, ChordLengthNoise, across_sigma, chord_length
+from bspline_slam.models.protocol import Model, SeenBeams
+from bspline_slam.observation import SplineObservation, across_sigma
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline, SplineMap
 
@@ -37,7 +38,6 @@ class AdjustmentConfig:
     splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
     """
 
-    model: str = MODELS[0]
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
     cauchy: float = 2.0
     bend: float = 0.5
@@ -46,7 +46,6 @@ class AdjustmentConfig:
     explained_weight: float = 0.02
     support: int = 2
     support_step: float = 0.4
-    chord_length_noise: ChordLengthNoise = ChordLengthNoise()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,12 +155,15 @@ def build_graph(
     factors: Sequence[PoseFactor],
     sights: Sights,
     config: AdjustmentConfig,
-    fitting: FittingConfig,
+    model: Model,
     gate: float,
 ) -> Graph:
     """The least-squares problem at this linearisation of the foot points; splines that no beam reaches are not in
     it."""
     feet = find_feet(sights, splines, poses, gate)
+    observed = list(_observations(sights, feet, splines, poses, config, model))
+    told = np.isin(sights.piece, [piece for piece, _ in observed])
+    feet = replace(feet, counts=feet.counts & told)
     seen = np.unique(sights.spline[feet.counts])
     kept = [splines.splines[k] for k in seen]
     place = np.full(len(splines), -1)
@@ -169,18 +171,18 @@ def build_graph(
     counts = np.array([len(spline.curve.control_points) for spline in kept], dtype=np.int64)
     spline_first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     control_points = np.concatenate([s.curve.control_points for s in kept]) if kept else np.zeros((0, 2))
-    observed = list(_observations(sights, feet, splines, poses, place, spline_first, config, fitting))
+    held = () if model.measures_along else _slides(sights, feet, kept, poses, place, spline_first, config)
     return Graph(
         key_scans=np.array([key.scan for key in keys], dtype=np.int64),
         poses=poses,
         spline_ids=np.array([spline.id for spline in kept], dtype=np.int64),
         spline_first=spline_first,
         control_points=control_points,
-        spline_factors=(*observed, *_slides(sights, feet, kept, poses, place, spline_first, config)),
+        spline_factors=(*_spline_factors(observed, sights, place, spline_first), *held),
         pose_factors=_remaining_factors(factors, keys, sights, feet, config),
         pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
         shape_priors=tuple(_bends(spline_first, config)),
-        beams=_beams(sights, feet, kept, poses, place, config, fitting),
+        beams=_beams(sights, feet, kept, poses, place, config, model.fitting),
     )
 
 
@@ -189,33 +191,39 @@ def _observations(
     feet: Feet,
     splines: SplineMap,
     poses: Float[np.ndarray, "n 3"],
-    place: Int[np.ndarray, "s"],
-    spline_first: Int[np.ndarray, "s1"],
     config: AdjustmentConfig,
-    fitting: FittingConfig,
-) -> Iterator[SplineFactor]:
-    """One spline factor per association, by the chosen model."""
+    model: Model,
+) -> Iterator[tuple[int, SplineObservation]]:
+    """What the model makes of each association that says something, with the number of its piece."""
     kept = np.flatnonzero(feet.counts)
     normals = se2.rotate(_turned_back(poses[sights.pose[kept]]), feet.normals[kept])
-    sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], fitting)
+    sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
     scaled = feet.across[kept] / sigma
     weight = 1.0 / (sigma * np.sqrt(1.0 + np.square(scaled / config.cauchy)))
     right = (normals * sights.points[kept]).sum(1)
     cuts = np.flatnonzero(np.diff(sights.piece[kept], prepend=-1, append=-1))
     for a, b in itertools.pairwise(cuts):
-        at = kept[a]
-        spline, pose = int(sights.spline[at]), int(sights.pose[at])
-        offset = int(spline_first[place[spline]])
-        if config.model == MODELS[0]:
-            first, A, rhs, constant = kernels.compressed_rows(
-                feet.first[kept[a:b]], feet.basis[kept[a:b]], normals[a:b], right[a:b], weight[a:b]
-            )
-            yield SplineFactor(pose, offset + int(first), A, rhs, int(b - a), float(constant))
-        elif b - a >= 4:
-            t = _chord_length_parameters(feet.t[kept[a:b]], sights.points[kept[a:b]])
-            curve = splines.splines[spline].curve
-            one = chord_length(curve, t, sights.points[kept[a:b]], fitting, config.chord_length_noise)
-            yield SplineFactor(pose, offset + one.first, one.A, one.b, one.readings, one.constant)
+        at, mine = kept[a], kept[a:b]
+        sensor = sights.points[at] - sights.ranges[at] * sights.directions[at]
+        beams = SeenBeams(
+            sights.points[mine], feet.first[mine], feet.basis[mine], normals[a:b], right[a:b], weight[a:b], sensor
+        )
+        one = model.observe(splines.splines[sights.spline[at]].curve, poses[sights.pose[at]], beams)
+        if one is not None:
+            yield int(sights.piece[at]), one
+
+
+def _spline_factors(
+    observed: Sequence[tuple[int, SplineObservation]],
+    sights: Sights,
+    place: Int[np.ndarray, "s"],
+    spline_first: Int[np.ndarray, "s1"],
+) -> Iterator[SplineFactor]:
+    """The observations on the control points of the graph."""
+    beam = np.searchsorted(sights.piece, [piece for piece, _ in observed])
+    offsets, poses = spline_first[place[sights.spline[beam]]], sights.pose[beam]
+    for (_, one), offset, pose in zip(observed, offsets.tolist(), poses.tolist(), strict=True):
+        yield SplineFactor(pose, offset + one.first, one.A, one.b, one.readings, one.constant)
 
 
 def _beams(
@@ -243,11 +251,6 @@ def _beams(
         across / np.abs((normals * directions).sum(1)),
         tuple(spline.curve for spline in kept),
     )
-
-
-def _chord_length_parameters(t: Float[np.ndarray, "m"], points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
-    """Parameters between the first and the last foot by the share of chord length (paper, section 4.2)."""
-    return t[0] + (t[-1] - t[0]) * chord_length_parameters(points)
 
 
 def _turned_back(poses: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m 3"]:
@@ -321,7 +324,7 @@ def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
     return SplineMap(tuple(out))
 
 
-def trimmed(splines: SplineMap, sights: Sights, feet: Feet, config: AdjustmentConfig) -> SplineMap:
+def trimmed(splines: SplineMap, sights: Sights, feet: Feet, config: AdjustmentConfig, model: Model) -> SplineMap:
     """Each spline cut back to its longest stretch that `support` key scans saw, without the control points beyond it.
 
     A spline without such a stretch stays as it is: it is the map's best guess.
@@ -332,7 +335,7 @@ def trimmed(splines: SplineMap, sights: Sights, feet: Feet, config: AdjustmentCo
     for k, spline in enumerate(splines):
         mine = kept[cuts[k] : cuts[k + 1]]
         span = supported_span(feet.t[mine], sights.pose[mine], spline.span, config)
-        out.append(spline if span == spline.span else replace(spline, curve=spline.curve.restricted(span), span=span))
+        out.append(spline if span == spline.span else replace(spline, curve=model.cut(spline.curve, span), span=span))
     return SplineMap(tuple(out))
 
 
@@ -368,7 +371,7 @@ def adjust_splines(
     splines: SplineMap,
     factors: Sequence[PoseFactor],
     config: AdjustmentConfig,
-    fitting: FittingConfig,
+    model: Model,
     name: str,
     progress: RoundProgress,
     cancelled: Cancelling = never,
@@ -384,8 +387,8 @@ def adjust_splines(
         if cancelled():
             raise Cancelled("the adjustment was cancelled")
         sights = collect_sights(keys, splines)
-        splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config)
-        graph = build_graph(keys, poses, splines, factors, sights, config, fitting, gate)
+        splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config, model)
+        graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))
 

@@ -9,6 +9,8 @@ from enum import Enum
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from bspline_slam.relation import Relation
+
 
 class Verdict(Enum):
     """What became of a piece of a segment."""
@@ -18,14 +20,6 @@ class Verdict(Enum):
     NEW = "new"  # it started a spline
     GATED = "gated out"  # its best candidate lies beyond the gate, and it is too short to start a spline
     IGNORED = "ignored"  # left out (clutter, or by hand)
-
-
-class Relation(Enum):
-    """The stretch of the full spline that a piece saw (paper, section 4.1)."""
-
-    FULL = "full"
-    PART = "part"
-    EXTENSION = "extension"
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,11 @@ def clamped_knots(count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
     return np.concatenate([np.zeros(degree), inner, np.ones(degree)])
 
 
+def clamped_between(low: float, high: float, count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
+    """Clamped uniform knot vector on [low, high] for `count` control points."""
+    return low + (high - low) * clamped_knots(count, degree)
+
+
 def uniform_knots(start: float, spacing: float, count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
     """Uniform knot vector whose domain starts at `start`, for `count` control points.
 
@@ -160,6 +165,17 @@ class BSpline:
         self, origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
     ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
         """First hit of each ray: range (m) and parameter; NaN where a ray misses. Directions are unit vectors."""
+        ray, distance, t = self.ray_crossings(origin, directions)
+        order = np.lexsort((distance, ray))
+        rays, first = np.unique(ray[order], return_index=True)
+        ranges, parameters = np.full(len(directions), np.nan), np.full(len(directions), np.nan)
+        ranges[rays], parameters[rays] = distance[order][first], t[order][first]
+        return ranges, parameters
+
+    def ray_crossings(
+        self, origin: Float[np.ndarray, "2"], directions: Float[np.ndarray, "m 2"]
+    ) -> tuple[Int[np.ndarray, "h"], Float[np.ndarray, "h"], Float[np.ndarray, "h"]]:
+        """Every crossing of rays and curve: number of the ray, range (m) and parameter, in no order."""
         dense_t, dense = self._dense
         off = dense - origin
         across = directions[:, :1] * off[None, :, 1] - directions[:, 1:] * off[None, :, 0]
@@ -182,16 +198,9 @@ class BSpline:
             newton = t - value / np.where(np.abs(slope) > 1e-12, slope, np.inf)
             stepped = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
             t = np.where(moving, stepped, t)
-        ranges = np.full(len(directions), np.nan)
-        parameters = np.full(len(directions), np.nan)
-        if len(t):
-            distance = (u * (self(t) - origin)).sum(1)
-            ahead = distance > 1e-9
-            order = np.lexsort((distance[ahead], ray[ahead]))
-            rays, first = np.unique(ray[ahead][order], return_index=True)
-            ranges[rays] = distance[ahead][order][first]
-            parameters[rays] = t[ahead][order][first]
-        return ranges, parameters
+        distance = (u * (self(t) - origin)).sum(1)
+        ahead = distance > 1e-9
+        return ray[ahead], distance[ahead], t[ahead]
 
     # -- changed curves ----------------------------------------------------------------------------------------
     def insert_knot(self, t: float) -> BSpline:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Float
 
 from bspline_slam.association import AssociationConfig
 from bspline_slam.bspline import BSpline
-from bspline_slam.fitting import FittingConfig, cumulated_chords, second_differences, uniform_through
+from bspline_slam.fitting import FittingConfig, cumulated_chords, second_differences
 from bspline_slam.spline_map import MapSpline
 
 
@@ -29,19 +30,21 @@ def sparse_cuts(points: Float[np.ndarray, "m 2"], config: AssociationConfig) -> 
     return [0, *(int(k) + 1 for k in np.flatnonzero(wide)), len(points)]
 
 
-def smooth_cuts(points: Float[np.ndarray, "m 2"], fitting: FittingConfig, tolerance: float) -> list[int]:
-    """Where to cut a run so that a curve at the configured knot spacing stays within `tolerance` of every point (m)."""
+def smooth_cuts(
+    points: Float[np.ndarray, "m 2"], through: Callable[[Float[np.ndarray, "_ 2"]], BSpline], tolerance: float
+) -> list[int]:
+    """Where to cut a run so that the curve `through` each piece stays within `tolerance` of every point (m)."""
     m = len(points)
     if m < 4 or cumulated_chords(points)[-1] < 1e-6:
         return [0, m]
-    curve = uniform_through(points, fitting)
+    curve = through(points)
     off = np.linalg.norm(curve(cumulated_chords(points)) - points, axis=1)
     worst = int(np.argmax(off))
     if off[worst] <= tolerance:
         return [0, m]
     cut = min(max(worst, 2), m - 2)
-    left = smooth_cuts(points[:cut], fitting, tolerance)
-    right = smooth_cuts(points[cut:], fitting, tolerance)
+    left = smooth_cuts(points[:cut], through, tolerance)
+    right = smooth_cuts(points[cut:], through, tolerance)
     return [*left, *(cut + k for k in right[1:])]
 
 

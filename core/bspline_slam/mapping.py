@@ -15,19 +15,22 @@ from bspline_slam.association import (
     AssociationConfig,
     Explanation,
     Piece,
-    Relation,
     Verdict,
     candidates_of,
     cut_into_pieces,
 )
-from bspline_slam.fitting import FittingConfig, cumulated_chords, uniform_through
-from bspline_slam.growth import largest_distance, left_normals, lengthened, smooth_cuts, sparse_cuts
+from bspline_slam.bspline import BSpline
+from bspline_slam.fitting import cumulated_chords
+from bspline_slam.growth import largest_distance, left_normals, smooth_cuts, sparse_cuts
 from bspline_slam.kernels import matching as kernels
+from bspline_slam.models.protocol import Model, Sight
+from bspline_slam.relation import Relation
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 SAMPLE_SPACING = 0.05
 BUCKET = 0.3
+CENTRE = np.zeros(2)
 
 
 @dataclass(eq=False, slots=True)
@@ -62,7 +65,7 @@ class MapBuilder:
     """
 
     config: AssociationConfig
-    fitting: FittingConfig
+    model: Model
     inherited: Callable[[int, int], int] | None = None
     first_id: int = 0
     heirs: dict[int, int] = field(default_factory=dict)
@@ -84,14 +87,22 @@ class MapBuilder:
         return spline
 
     # -- the step ----------------------------------------------------------------------------------------------
-    def add(self, scan: int, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]) -> tuple[Association, ...]:
-        """Associate the segments of a key scan at its pose, and let the map grow by them."""
+    def add(
+        self,
+        scan: int,
+        pose: Float[np.ndarray, "3"],
+        segments: Sequence[ScanSegment],
+        sensor: Float[np.ndarray, "2"] = CENTRE,
+    ) -> tuple[Association, ...]:
+        """Associate the segments of a key scan at its pose, and let the map grow by them; `sensor` in the robot
+        frame."""
         if not segments:
             return ()
-        seen = self._explain(pose, segments)
+        seat = se2.transform(pose, sensor[None])[0]
         decided: list[Association] = []
-        for segment, one in zip(segments, seen, strict=True):
-            decided.extend(self._decide(scan, pose, segment, one))
+        for segment, seen in zip(segments, self._explain(pose, segments), strict=True):
+            points = se2.transform(pose, segment.points)
+            decided.extend(self._decide(Sight(scan, segment, points, seat, seen)))
         self._join_neighbours(scan, decided)
         for spline in {a.spline for a in decided if a.spline is not None}:
             held = self._splines[self.heir(spline)]
@@ -164,21 +175,12 @@ class MapBuilder:
                 held.spline = replace(held.spline, observations=len(held.seen_by))
 
     # -- decisions ---------------------------------------------------------------------------------------------
-    def _decide(
-        self, scan: int, pose: Float[np.ndarray, "3"], segment: ScanSegment, seen: Explanation
-    ) -> list[Association]:
-        world = se2.transform(pose, segment.points)
-        pieces = self._smooth_pieces(cut_into_pieces(seen, self.config), segment.points)
-        out: list[Association] = []
-        for k, piece in enumerate(pieces):
-            placed, verdict = piece, Verdict.MATCHED
-            if piece.spline is None:
-                placed, verdict = self._place_unexplained(scan, segment, world, seen, pieces, k)
-            out.append(self._association(scan, segment, seen, placed, verdict))
-        return out
+    def _decide(self, sight: Sight) -> list[Association]:
+        pieces = self._smooth_pieces(cut_into_pieces(sight.seen, self.config), sight.segment.points)
+        return self.model.take_in(self, sight, pieces)
 
     def _smooth_pieces(self, pieces: Sequence[Piece], points: Float[np.ndarray, "m 2"]) -> list[Piece]:
-        """Unexplained pieces cut at sparse places, and until each is one smooth curve at the configured spacing."""
+        """Unexplained pieces cut at sparse places, and until the model has one smooth curve for each."""
         out: list[Piece] = []
         for piece in pieces:
             if piece.spline is not None:
@@ -186,89 +188,59 @@ class MapBuilder:
                 continue
             for a, b in itertools.pairwise(sparse_cuts(points[piece.a : piece.b], self.config)):
                 dense = points[piece.a + a : piece.a + b]
-                cuts = [piece.a + a + k for k in smooth_cuts(dense, self.fitting, self.config.smooth)]
+                cuts = [piece.a + a + k for k in smooth_cuts(dense, self.model.through, self.config.smooth)]
                 out.extend(Piece(start, end, None) for start, end in itertools.pairwise(cuts))
         return out
 
-    def _place_unexplained(
-        self,
-        scan: int,
-        segment: ScanSegment,
-        world: Float[np.ndarray, "m 2"],
-        seen: Explanation,
-        pieces: Sequence[Piece],
-        k: int,
-    ) -> tuple[Piece, Verdict]:
-        """Beams that no spline explains lengthen a neighbour that ends there, or start a spline, or are left out."""
-        piece = pieces[k]
-        points = world[piece.a : piece.b]
-        if k > 0:
-            spline = pieces[k - 1].spline
-            if spline is not None and self._extend(spline, points, scan, forward=True):
-                return Piece(piece.a, piece.b, spline), Verdict.EXTENDED
-        if k + 1 < len(pieces):
-            spline = pieces[k + 1].spline
-            if spline is not None and self._extend(spline, points, scan, forward=False):
-                return Piece(piece.a, piece.b, spline), Verdict.EXTENDED
-        long_enough = cumulated_chords(points)[-1] >= self.config.new_length
-        if piece.b - piece.a >= self.config.new_points and long_enough:
-            return Piece(piece.a, piece.b, self._start(scan, segment.index, points)), Verdict.NEW
-        return piece, Verdict.GATED
-
-    def _association(
-        self, scan: int, segment: ScanSegment, seen: Explanation, piece: Piece, verdict: Verdict
-    ) -> Association:
-        candidates = candidates_of(seen.part(piece.a, piece.b))
+    def association(self, sight: Sight, piece: Piece, verdict: Verdict, relation: Relation | None) -> Association:
+        """The record of a decision."""
+        segment = sight.segment
+        candidates = candidates_of(sight.seen.part(piece.a, piece.b))
         chosen = next((c for c in candidates if c.spline == piece.spline), None)
-        relation = None
-        if piece.spline is not None:
-            relation = Relation.EXTENSION if verdict is Verdict.EXTENDED else self._relation(seen, piece)
         first, last = int(segment.beams[piece.a]), int(segment.beams[piece.b - 1])
         distance = chosen.distance if chosen else float("nan")
         return Association(
-            scan, segment.index, first, last, verdict, piece.spline, distance, self.config.gate, candidates, relation
-        )
+            sight.scan, segment.index, first, last, verdict, piece.spline, distance, self.config.gate, candidates,
+            relation,
+        )  # fmt: skip
 
-    def _relation(self, seen: Explanation, piece: Piece) -> Relation:
-        """Full when the piece reaches both ends of its spline, part otherwise."""
-        assert piece.spline is not None
-        explained, t, _ = seen.part(piece.a, piece.b).of(piece.spline)
-        if not explained.any():
-            return Relation.FULL
-        low, high = self._splines[self.heir(piece.spline)].spline.span
-        reached = t[explained]
-        full = reached.min() - low < self.config.extension and high - reached.max() < self.config.extension
-        return Relation.FULL if full else Relation.PART
+    # -- growth, asked for by the model ----------------------------------------------------------------------------
+    def spline(self, spline: int) -> MapSpline:
+        """The spline under which this id lives now."""
+        return self._splines[self.heir(spline)].spline
 
-    # -- growth ------------------------------------------------------------------------------------------------
-    def _start(self, scan: int, segment: int, points: Float[np.ndarray, "m 2"]) -> int:
-        curve = uniform_through(points, self.fitting)
-        inherited = self.inherited(scan, segment) if self.inherited else -1
+    def start(self, sight: Sight, piece: Piece) -> Association:
+        """Start a spline from beams that none explains, or leave them out when they are too few."""
+        points = sight.points[piece.a : piece.b]
+        length = float(cumulated_chords(points)[-1])
+        if len(points) < self.config.new_points or length < self.config.new_length:
+            return self.association(sight, piece, Verdict.GATED, None)
+        curve = self.model.through(points)
+        inherited = self.inherited(sight.scan, sight.segment.index) if self.inherited else -1
         taken = inherited in self._splines or inherited in self.heirs
         new = self.next_id if inherited < 0 or taken else inherited
         self.next_id = max(self.next_id, new + 1)
-        length = float(cumulated_chords(points)[-1])
-        self._splines[new] = _sampled(
-            MapSpline(new, curve, (0.0, length), scan, 0, (f"started by scan {scan}, {length:.2f} m",)), {scan}
-        )
-        return new
+        history = f"started by scan {sight.scan}, {length:.2f} m"
+        started = MapSpline(new, curve, (0.0, length), sight.scan, 0, (history,))
+        self._splines[new] = _sampled(started, {sight.scan})
+        return self.association(sight, Piece(piece.a, piece.b, new), Verdict.NEW, Relation.FULL)
 
-    def _extend(self, spline: int, points: Float[np.ndarray, "m 2"], scan: int, *, forward: bool) -> bool:
-        """Lengthen a spline through points beyond its end (or start), if they carry on from there."""
-        held = self._splines[spline]
-        if not self._carries_on(held, points, forward=forward):
-            return False
-        curve, span = lengthened(held.spline, points, self.fitting, forward=forward)
+    def grow(
+        self, spline: int, curve: BSpline, span: tuple[float, float], points: Float[np.ndarray, "m 2"], scan: int
+    ) -> bool:
+        """Give a spline a longer curve, unless it is none or these points lie too far from it."""
+        held = self._splines[self.heir(spline)]
         gain = (span[1] - span[0]) - (held.spline.span[1] - held.spline.span[0])
         if gain <= 0.0 or largest_distance(curve, span, points) > self.config.smooth:
             return False
         history = (*held.spline.history, f"grew by {gain:.2f} m at scan {scan}")
-        self._splines[spline] = _sampled(replace(held.spline, curve=curve, span=span, history=history), held.seen_by)
+        grown = replace(held.spline, curve=curve, span=span, history=history)
+        self._splines[grown.id] = _sampled(grown, held.seen_by)
         return True
 
-    def _carries_on(self, held: _Sampled, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
-        """Whether points lie beyond the end of a curve, near it, and in its direction."""
-        end, out = held.end(forward=forward)
+    def carries_on(self, spline: int, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
+        """Whether points lie beyond the end (or start) of a spline, near it, and in its direction."""
+        end, out = self._splines[self.heir(spline)].end(forward=forward)
         off = (points if forward else points[::-1]) - end
         away = np.linalg.norm(off, axis=1)
         beyond = int(np.argmax(away > self.config.along))
@@ -296,7 +268,7 @@ class MapBuilder:
         first, second = self._splines.pop(a), self._splines.pop(b)
         forward = ((second.points - first.points[-1]) * (first.points[-1] - first.points[-2])).sum(1) > 0
         points = np.concatenate([first.points, second.points[forward]])
-        curve = uniform_through(points, self.fitting)
+        curve = self.model.through(points)
         if largest_distance(curve, curve.domain, points) > self.config.smooth:
             self._splines[a], self._splines[b] = first, second
             return

@@ -6,7 +6,7 @@ across the curve; "chord-length" is the paper's, which claims to know the contro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -42,6 +42,10 @@ class SplineObservation:
     b: Float[np.ndarray, "r"]
     readings: int
     constant: float
+
+    def moved(self, by: Float[np.ndarray, "2"]) -> SplineObservation:
+        """The same in a frame in which every point lies farther by `by` (m)."""
+        return replace(self, b=self.b + self.A @ np.tile(by, self.A.shape[1] // 2))
 
 
 def compress(
@@ -88,7 +92,7 @@ def chord_length(
     """The paper's observation (eqs 4–15): control points by least squares at given parameters, P = P_s + P_t1 + P_t2.
 
     `t` are the parameters on the full spline (section 4.2); control points that the segment does not determine get
-    the standard deviation `unseen`. Points in the robot frame.
+    the standard deviation `unseen`. Points in the frame of the sensor, and so are the control points observed.
     """
     index, _ = basis_rows(curve.knots, curve.degree, t)
     first = int(index.min())

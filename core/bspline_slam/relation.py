@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from bspline_slam.bspline import BSpline, clamped_knots
+from bspline_slam.bspline import BSpline, clamped_between, clamped_knots
 from bspline_slam.errors import GeometryError
 from bspline_slam.fitting import FittingConfig, chord_length_parameters, cumulated_chords, fit_parameters
 
@@ -74,19 +74,29 @@ class SplineRelation:
         """Parameter of each datum on the full spline: between the ends by the share of chord length (eqs 8–10)."""
         return self.span[0] + (self.span[1] - self.span[0]) * chord_length_parameters(points)
 
+    def placed(
+        self, curve: BSpline, points: Float[np.ndarray, "m 2"]
+    ) -> tuple[Float[np.ndarray, "m"], Bool[np.ndarray, "m"]]:
+        """Parameter of each datum, and whether it lies on the full spline rather than beyond its ends."""
+        low, high = curve.domain
+        t = self.parameters(points)
+        return t, (t >= low) & (t <= high)
+
 
 def relate(curve: BSpline, points: Float[np.ndarray, "m 2"], config: RelationConfig) -> SplineRelation:
     """Decide full, part or extension, and the parameters of the two ends of the data.
 
     `curve` is the full spline and `points` the data, both in the sensor's frame, the points in order along the curve.
-    Raises GeometryError when the data pass the full spline without a beam in common.
+    Raises GeometryError when the data pass the full spline without a beam in common, or run against it.
     """
     data = bearings_along(points)
     ends = end_bearings(curve, points, data)
     sense = 1.0 if data[-1] >= data[0] else -1.0
-    start = _compare(curve, float(data[0]), ends[0], sense, config)
-    end = _compare(curve, float(data[-1]), ends[1], -sense, config)
+    start = _compare(curve, points[0], float(data[0]), ends[0], sense, config)
+    end = _compare(curve, points[-1], float(data[-1]), ends[1], -sense, config)
     span = _end_parameter(curve, points, start, True), _end_parameter(curve, points, end, False)
+    if span[0] >= span[1]:
+        raise GeometryError("the data end where they begin on the full spline, or run against it")
     low, high = curve.domain
     if span[0] < low or span[1] > high:
         relation = Relation.EXTENSION
@@ -96,28 +106,19 @@ def relate(curve: BSpline, points: Float[np.ndarray, "m 2"], config: RelationCon
 
 
 def extended(
-    curve: BSpline, points: Float[np.ndarray, "m 2"], relation: SplineRelation, fitting: FittingConfig
+    curve: BSpline, points: Float[np.ndarray, "m 2"], relation: SplineRelation, count: int, fitting: FittingConfig
 ) -> BSpline:
-    """The full spline with what the data add to it: as many control points, on the stretch that both cover.
+    """The full spline with what the data add to it: `count` control points on the stretch that both cover.
 
-    Its domain is that of `curve` again; `rescaled` carries parameters over. Curve and points in one frame.
+    What was there keeps its parameters, so the domain grows. Curve and points in one frame.
     """
     low, high = curve.domain
-    t = relation.parameters(points)
-    beyond = (t < low) | (t > high)
+    t, on = relation.placed(curve, points)
     spacing = max(float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))), 1e-3)
     old_t, old = curve.sample(spacing)
-    every_t, every = np.concatenate([old_t, t[beyond]]), np.concatenate([old, points[beyond]])
-    order = np.argsort(every_t, kind="stable")
-    knots = clamped_knots(len(curve.control_points), curve.degree) * (high - low) + low
-    return fit_parameters(every[order], rescaled(every_t[order], curve, relation), knots, fitting).curve
-
-
-def rescaled(t: Float[np.ndarray, "m"], curve: BSpline, relation: SplineRelation) -> Float[np.ndarray, "m"]:
-    """Parameters on the full spline as parameters on the one that `extended` makes of it."""
-    low, high = curve.domain
-    first, last = min(low, relation.span[0]), max(high, relation.span[1])
-    return low + (high - low) * (t - first) / (last - first)
+    every_t, every = np.concatenate([old_t, t[~on]]), np.concatenate([old, points[~on]])
+    knots = clamped_between(min(low, relation.span[0]), max(high, relation.span[1]), count, curve.degree)
+    return fit_parameters(every, every_t, knots, fitting).curve
 
 
 def bearings_along(points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
@@ -127,36 +128,46 @@ def bearings_along(points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
 
 def end_bearings(curve: BSpline, points: Float[np.ndarray, "m 2"], data: Float[np.ndarray, "m"]) -> tuple[float, float]:
     """Bearings of the two ends of the full spline, in the same turn as those of the data (rad)."""
-    t, samples = curve.sample(0.05)
+    _, samples = curve.sample(0.05)
     along = bearings_along(samples)
     middle = len(points) // 2
-    foot = int(np.argmin(np.abs(t - curve.foot_points(points[middle : middle + 1])[0])))
+    foot = int(np.argmin(np.linalg.norm(samples - points[middle], axis=1)))
     turn = 2 * np.pi * np.round((data[middle] - along[foot]) / (2 * np.pi))
     return float(along[0] + turn), float(along[-1] + turn)
 
 
-def trace(curve: BSpline, bearing: float, step: float) -> tuple[float, int, Float[np.ndarray, "2"]]:
-    """Follow a beam from the sensor to the curve, turning it by `step` (rad) until it hits.
+def trace(
+    curve: BSpline, datum: Float[np.ndarray, "2"], bearing: float, step: float
+) -> tuple[float, int, Float[np.ndarray, "2"]]:
+    """Follow the beam of an end of the data from the sensor to the curve, turning it by `step` (rad) until it hits.
 
-    Returns the parameter of the hit, the number of turns and the point. Raises GeometryError after a whole turn.
+    Where a beam crosses the curve more than once, the crossing nearest to the range of the datum counts. Returns the
+    parameter of the hit, the number of turns and the point. Raises GeometryError after a whole turn.
     """
-    bearings = bearing + step * np.arange(int(2 * np.pi / abs(step)) + 1)
-    directions = np.stack([np.cos(bearings), np.sin(bearings)], -1)
-    ranges, parameters = curve.ray_hits(np.zeros(2), directions)
-    hits = np.flatnonzero(np.isfinite(ranges))
-    if len(hits) == 0:
-        raise GeometryError("no beam in any direction meets the full spline: the sensor stands on it, or it is empty")
-    first = int(hits[0])
-    return float(parameters[first]), first, ranges[first] * directions[first]
+    turns = np.arange(int(2 * np.pi / abs(step)) + 1)
+    for some in np.split(turns, [1, 16]):  # nearly always the first beam hits
+        directions = np.stack([np.cos(bearing + step * some), np.sin(bearing + step * some)], -1)
+        ray, ranges, parameters = curve.ray_crossings(np.zeros(2), directions)
+        if len(ray):
+            hit = int(np.lexsort((np.abs(ranges - np.linalg.norm(datum)), ray))[0])
+            return float(parameters[hit]), int(some[ray[hit]]), ranges[hit] * directions[ray[hit]]
+    raise GeometryError("no beam in any direction meets the full spline: the sensor stands on it, or it is empty")
 
 
-def _compare(curve: BSpline, data: float, spline: float, inwards: float, config: RelationConfig) -> EndComparison:
+def _compare(
+    curve: BSpline,
+    datum: Float[np.ndarray, "2"],
+    data: float,
+    spline: float,
+    inwards: float,
+    config: RelationConfig,
+) -> EndComparison:
     """One end: the angle from the end of the full spline inwards to the end of the data decides."""
     inside = inwards * (data - spline)
     relation = EndRelation.INSIDE if inside > 0 else EndRelation.BEYOND
     if abs(inside) <= config.threshold:
         relation = EndRelation.COINCIDES
-    parameter, turns, hit = trace(curve, data, inwards * config.resolution)
+    parameter, turns, hit = trace(curve, datum, data, inwards * config.resolution)
     return EndComparison(relation, data, spline, turns, parameter, hit)
 
 

@@ -12,14 +12,16 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.adjustment import AdjustmentConfig, KeyObservations, adjust_splines
 from bspline_slam.association import Association, AssociationConfig
-from bspline_slam.backends import BACK_ENDS, Stopping, back_end
+from bspline_slam.backends import Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
-from bspline_slam.errors import Cancelled, ConfigError, LogError, SolverError
+from bspline_slam.errors import Cancelled, LogError, SolverError
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Graph, PoseFactor, PosePrior
 from bspline_slam.localisation import LocalisationConfig, place_on_curves
 from bspline_slam.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
 from bspline_slam.mapping import MapBuilder
+from bspline_slam.models import ChordLengthConfig, make_model
+from bspline_slam.models.protocol import Model
 from bspline_slam.motion import MotionConfig
 from bspline_slam.observation import MODELS
 from bspline_slam.scan import LaserScan, ScanLog
@@ -33,18 +35,23 @@ from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
 class SlamConfig:
     """Everything that can be tuned, stage by stage; the defaults serve every log.
 
-    `back_end` solves the adjustment. Splines seen by fewer than `least_observations` key scans leave the finished
-    map. The map goes along when a loop closure has moved a key scan by more than `rebuild_move` (m); it is built and
-    adjusted a second time where the adjustment moved two key scans by more than that against each other.
+    `model` says what an observation of a spline is, and so of what kind its curves are: its order is `fitting.degree`
+    + 1, its knots `fitting.spacing` apart with "normal-distance", its control points `chord_length.control_points` in
+    number with "chord-length". `back_end` solves the adjustment. Splines seen by fewer than `least_observations` key
+    scans leave the finished map. The map goes along when a loop closure has moved a key scan by more than
+    `rebuild_move` (m); it is built and adjusted a second time where the adjustment moved two key scans by more than
+    that against each other.
     """
 
     back_end: str = "direct"
+    model: str = MODELS[0]
     segmentation: SegmentationConfig = SegmentationConfig()
     matching: MatchingConfig = MatchingConfig()
     motion: MotionConfig = MotionConfig()
     tracking: TrackingConfig = TrackingConfig()
     association: AssociationConfig = AssociationConfig()
     fitting: FittingConfig = FittingConfig()
+    chord_length: ChordLengthConfig = ChordLengthConfig()
     loops: LoopConfig = LoopConfig()
     adjustment: AdjustmentConfig = AdjustmentConfig()
     localisation: LocalisationConfig = LocalisationConfig()
@@ -52,14 +59,9 @@ class SlamConfig:
     rebuild_move: float = 0.1
 
 
-def check_names(config: SlamConfig) -> None:
-    """Raises ConfigError for a back end or a model that does not exist, before any work is done."""
-    for kind, name, known in (
-        ("back end", config.back_end, BACK_ENDS),
-        ("model", config.adjustment.model, MODELS),
-    ):
-        if name not in known:
-            raise ConfigError(f'there is no {kind} "{name}": choose one of {", ".join(known)}')
+def model_of(config: SlamConfig) -> Model:
+    """The observation model that a configuration asks for. Raises ConfigError for one that does not exist."""
+    return make_model(config.model, config.fitting, config.chord_length)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -123,6 +125,7 @@ class Slam:
     log: ScanLog
     config: SlamConfig = field(default_factory=SlamConfig)
     cancelled: Cancelling = never
+    _model: Model = field(init=False)
     _tracker: Tracker = field(init=False)
     _closer: LoopCloser = field(init=False)
     _builder: MapBuilder = field(init=False)
@@ -133,10 +136,11 @@ class Slam:
 
     def __post_init__(self) -> None:
         c = self.config
-        check_names(c)
+        back_end(c.back_end)  # a wrong name is refused now, not after the last scan
+        self._model = model_of(c)
         self._tracker = Tracker(c.tracking, c.matching, c.segmentation, c.motion)
         self._closer = LoopCloser(c.loops, c.matching, c.tracking)
-        self._builder = MapBuilder(c.association, c.fitting)
+        self._builder = MapBuilder(c.association, self._model)
 
     def steps(self) -> Iterator[SlamStep]:
         """Process the log in its order, one step per scan. Raises Cancelled between scans."""
@@ -157,15 +161,14 @@ class Slam:
         closures = self._close_loops()
         segments = segment_scan(scan, self.config.segmentation)
         pose = self._tracker.key_poses[-1]
-        associations = () if tracked.lost else self._builder.add(scan.index, pose, segments)
+        sensor = scan.pose_robot_sensor[:2]
+        associations = () if tracked.lost else self._builder.add(scan.index, pose, segments, sensor)
         step = SlamStep(
             scan.index, tracked.predicted, pose, True, tracked.lost, tracked.score, segments, associations, closures
         )
         self._steps.append(step)
         beams = int(np.count_nonzero(scan.valid))
-        self._observations.append(
-            KeyObservations(scan.index, segments, associations, beams, scan.pose_robot_sensor[:2])
-        )
+        self._observations.append(KeyObservations(scan.index, segments, associations, beams, sensor))
         return step
 
     def snapshot(self) -> Snapshot:
@@ -250,7 +253,7 @@ class Slam:
     def _rebuild(self) -> None:
         """The map built anew at the present poses; splines keep the ids of those that the same segments began."""
         c = self.config
-        self._builder = MapBuilder(c.association, c.fitting, self._inheritance(), first_id=self._builder.next_id)
+        self._builder = MapBuilder(c.association, self._model, self._inheritance(), first_id=self._builder.next_id)
         self._read(range(len(self._steps)))
 
     def _inheritance(self) -> Callable[[int, int], int]:
@@ -265,8 +268,8 @@ class Slam:
     def _read(self, keys: Iterable[int]) -> None:
         """Associate the segments of key scans anew, at their present poses."""
         for k in keys:
-            step, pose = self._steps[k], self._tracker.key_poses[k]
-            associations = () if step.lost else self._builder.add(step.scan, pose, step.segments)
+            step, pose, sensor = self._steps[k], self._tracker.key_poses[k], self._observations[k].sensor
+            associations = () if step.lost else self._builder.add(step.scan, pose, step.segments, sensor)
             self._steps[k] = replace(step, associations=associations, pose=pose)
             self._observations[k] = replace(self._observations[k], associations=associations)
 
@@ -288,7 +291,7 @@ class Slam:
         c = self.config
         return adjust_splines(
             self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
-            c.adjustment, c.fitting, c.back_end, progress, cancelled,
+            c.adjustment, self._model, c.back_end, progress, cancelled,
         )  # fmt: skip
 
     def _worthy_map(self) -> SplineMap:
@@ -357,7 +360,7 @@ def adjust(
         raise SolverError(f"{log.name}: there is no key scan yet, so there is nothing to optimise")
     before = np.array([step.pose for step in snapshot.steps])
     splines, estimate = adjust_splines(
-        snapshot.observations, before, snapshot.map, snapshot.pose_factors, config.adjustment, config.fitting, name,
+        snapshot.observations, before, snapshot.map, snapshot.pose_factors, config.adjustment, model_of(config), name,
         lambda fraction, record: progress("adjustment", fraction, record), cancelled,
     )  # fmt: skip
     steps = tuple(replace(step, pose=pose) for step, pose in zip(snapshot.steps, estimate.poses, strict=True))

@@ -40,7 +40,7 @@ from bspline_slam.lab.truth import TrueCurves, localised, true_map, true_observa
 from bspline_slam.lab.world import World
 from bspline_slam.lab.world_file import open_world
 from bspline_slam.observation import MODELS
-from bspline_slam.slam import SlamConfig, run_slam
+from bspline_slam.slam import SlamConfig, model_of, run_slam
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.tracking import TrackingConfig
 
@@ -118,7 +118,7 @@ def run_once(experiment: Experiment, rng: np.random.Generator, cancelled: Cancel
     else:
         problem = problem_from_pipeline(log, config, cancelled)
         splines, estimate = adjust_splines(
-            problem.keys, problem.poses, problem.splines, problem.odometry, config.adjustment, config.fitting,
+            problem.keys, problem.poses, problem.splines, problem.odometry, config.adjustment, model_of(config),
             experiment.back_end, lambda fraction, record: None, cancelled,
         )  # fmt: skip
     return run_errors(world, log, problem, splines, estimate, config)
@@ -130,8 +130,9 @@ def told_the_truth(experiment: Experiment) -> SlamConfig:
     range_noise = float(np.hypot(RANGE_NOISE, QUANTUM / np.sqrt(12)))
     return SlamConfig(
         back_end=experiment.back_end,
+        model=experiment.model,
         fitting=FittingConfig(range_noise=range_noise, bearing_noise=BEARING_NOISE),
-        adjustment=AdjustmentConfig(model=experiment.model, cauchy=np.inf, slide=SLIDE),
+        adjustment=AdjustmentConfig(cauchy=np.inf, slide=SLIDE),
     )
 
 
@@ -140,7 +141,7 @@ def problem_from_truth(world: World, log: SimulatedLog, config: SlamConfig) -> P
     scans = key_scans(log, config.tracking)
     keys = true_observations(world, log, scans)
     faces = sorted({a.spline for key in keys for a in key.associations if a.spline is not None})
-    splines = true_map(world, config.fitting, faces)
+    splines = true_map(world, model_of(config), faces)
     odometry = true_odometry(log, scans, ODOMETRY)
     start = log.true_poses[log.scan_records[scans[0]]]
     return Problem(keys, localised(keys, splines, start, odometry, config.fitting), splines, odometry)
@@ -176,11 +177,10 @@ def key_scans(log: SimulatedLog, config: TrackingConfig) -> list[int]:
 def settled(problem: Problem, config: SlamConfig, cancelled: Cancelling = never) -> tuple[SplineMap, Estimate]:
     """Solve, find new foot points, solve again, without ever cutting a spline: the map and the last estimate."""
     poses, splines, estimate = problem.poses, problem.splines, None
+    model = model_of(config)
     for stopping in ROUNDS:
         sights = collect_sights(problem.keys, splines)
-        graph = build_graph(
-            problem.keys, poses, splines, problem.odometry, sights, config.adjustment, config.fitting, GATE
-        )
+        graph = build_graph(problem.keys, poses, splines, problem.odometry, sights, config.adjustment, model, GATE)
         estimate = back_end(config.back_end, stopping).solve(graph, cancelled=cancelled)
         poses, splines = estimate.poses, with_estimate(splines, estimate)
     assert estimate is not None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -12,13 +12,14 @@ from scipy.spatial import KDTree
 
 from bspline_slam import se2
 from bspline_slam.adjustment import KeyObservations, collect_sights, find_feet
-from bspline_slam.association import Association, Relation, Verdict
-from bspline_slam.bspline import BSpline
-from bspline_slam.fitting import FittingConfig, cumulated_chords, uniform_through
+from bspline_slam.association import Association, Verdict
+from bspline_slam.fitting import FittingConfig, cumulated_chords
 from bspline_slam.graph import PoseFactor
 from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
 from bspline_slam.lab.world import World
-from bspline_slam.segmentation import EndKind, ScanSegment
+from bspline_slam.models.protocol import Model
+from bspline_slam.relation import Relation
+from bspline_slam.segmentation import EndKind, ScanSegment, SegmentationConfig, breakpoints
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 SPACING = 0.005
@@ -27,8 +28,6 @@ THINNED = 4
 """Every so many samples are enough to fit a curve to."""
 MODEL_ERROR = 1e-4
 """Largest distance (m) of a fitted true curve from the truth, a tenth of what a few scans leave uncertain."""
-NARROWEST = 0.1
-"""Knots closer than this (m) are not tried."""
 NEIGHBOURS = 64
 AGREEMENT = 0.7
 LEAST_BEAMS = 20
@@ -80,11 +79,12 @@ def shape_samples(world: World) -> Iterator[Float[np.ndarray, "_ 2"]]:
         yield spline.sample(SPACING)[1]
 
 
-def true_map(world: World, fitting: FittingConfig, faces: Sequence[int]) -> SplineMap:
-    """One map spline for each of these faces, with its number as id: uniform knots, fitted to the true curve.
+def true_map(world: World, model: Model, faces: Sequence[int]) -> SplineMap:
+    """One map spline for each of these faces, with its number as id: the model's plainest curve on the truth.
 
-    The knots lie as far apart as the truth allows: a straight wall is one piece. Knots that nothing needs would let
-    the wall wave with the noise, and every pose that fits the waves would believe to know where it is along them.
+    Where the model chooses, knots lie as far apart as the truth allows: a straight wall is one piece. Knots that
+    nothing needs would let the wall wave with the noise, and every pose that fits the waves would believe to know
+    where it is along them.
     Face 2k is shape k seen from its left, face 2k + 1 the same shape seen from its right and run through backwards.
     """
     splines = []
@@ -92,19 +92,8 @@ def true_map(world: World, fitting: FittingConfig, faces: Sequence[int]) -> Spli
         for face in {2 * shape, 2 * shape + 1} & set(faces):
             ordered = np.concatenate([points[:-1:THINNED], points[-1:]])[:: -1 if face % 2 else 1]
             length = float(cumulated_chords(ordered)[-1])
-            splines.append(MapSpline(face, _fitted(ordered, length, fitting), (0.0, length), 0))
+            splines.append(MapSpline(face, model.plainest(ordered, MODEL_ERROR), (0.0, length), 0))
     return SplineMap(tuple(splines))
-
-
-def _fitted(points: Float[np.ndarray, "s 2"], length: float, fitting: FittingConfig) -> BSpline:
-    """The curve with the widest knots that stays within MODEL_ERROR of the points."""
-    pieces = 1
-    while True:
-        curve = uniform_through(points, replace(fitting, spacing=length / pieces * (1 + 1e-9)))
-        t = curve.foot_points(points)
-        if np.abs(((curve(t) - points) * curve.normals(t)).sum(1)).max() < MODEL_ERROR or length / pieces < NARROWEST:
-            return curve
-        pieces = int(np.ceil(1.4 * pieces))
 
 
 def true_observations(world: World, log: SimulatedLog, key_scans: Sequence[int]) -> tuple[KeyObservations, ...]:
@@ -136,15 +125,19 @@ def met_faces(world: World, log: SimulatedLog, key_scans: Sequence[int]) -> list
 def _true_observation(
     log: SimulatedLog, index: int, met: Int[np.ndarray, "_"], worthy: Int[np.ndarray, "w"]
 ) -> KeyObservations:
+    """One segment for each unbroken run of beams that met a face: chords across a gap would be no measure of it."""
     scan = log[index]
     points, segments, associations = scan.points_robot, [], []
-    for number, face in enumerate(np.intersect1d(met, worthy).tolist()):
-        beams = np.flatnonzero(met == face)
-        segments.append(ScanSegment(index, number, beams, points[beams], EndKind.EDGE, EndKind.EDGE))
-        first, last = int(beams[0]), int(beams[-1])
-        associations.append(
-            Association(index, number, first, last, Verdict.MATCHED, face, 0.0, np.inf, relation=Relation.PART)
-        )
+    for face in np.intersect1d(met, worthy).tolist():
+        seen = np.flatnonzero(met == face)
+        jumps = breakpoints(scan.ranges[seen], scan.bearings[seen], scan.resolution, SegmentationConfig())
+        for beams in np.split(seen, np.flatnonzero(jumps) + 1):
+            number = len(segments)
+            segments.append(ScanSegment(index, number, beams, points[beams], EndKind.EDGE, EndKind.EDGE))
+            first, last = int(beams[0]), int(beams[-1])
+            associations.append(
+                Association(index, number, first, last, Verdict.MATCHED, face, 0.0, np.inf, relation=Relation.PART)
+            )
     valid = int(np.count_nonzero(scan.valid))
     return KeyObservations(index, tuple(segments), tuple(associations), valid, scan.pose_robot_sensor[:2])
 

@@ -3,7 +3,7 @@ part of it, or an extension; what has been seen so far counts as the whole."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,14 +12,14 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.adjustment import AdjustmentConfig
 from bspline_slam.bspline import BSpline, clamped_knots
-from bspline_slam.errors import GeometryError
 from bspline_slam.fitting import FittingConfig, chord_length_parameters, fit_parameters
 from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.lab.reproduction.sight import CONTROL_POINTS
+from bspline_slam.models import ChordLength
 from bspline_slam.observation import ChordLengthNoise, chord_length
-from bspline_slam.relation import Relation, RelationConfig, extended, relate, rescaled
+from bspline_slam.relation import Relation, extended
 
-RELATION, NOISE, ADJUSTMENT = RelationConfig(), ChordLengthNoise(), AdjustmentConfig()
+NOISE, ADJUSTMENT = ChordLengthNoise(), AdjustmentConfig()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,7 +55,9 @@ class FullSplines:
 
 
 def grown(sights: Sequence[Sight], poses: Float[np.ndarray, "n 3"], fitting: FittingConfig) -> FullSplines:
-    """Take in sights one after another at these poses; those without a beam on their spline are left out."""
+    """Take in sights one after another at these poses; those whose bearings do not tell where they lie on
+    their spline are left out."""
+    model = ChordLength(fitting)
     curves: dict[int, BSpline] = {}
     placed: list[Placed] = []
     for sight in sights:
@@ -68,22 +70,29 @@ def grown(sights: Sequence[Sight], poses: Float[np.ndarray, "n 3"], fitting: Fit
             placed.append(Placed(sight, t, Relation.FULL))
             continue
         known = moved(curves[spline], se2.inverse(laser))
-        try:
-            decision = relate(known, points, RELATION)
-        except GeometryError:
+        decision = model.related(known, points)
+        if decision is None:
             continue
-        t = decision.parameters(points)
         if decision.relation is Relation.EXTENSION:
-            curves[spline] = moved(extended(known, points, decision, fitting), laser)
-            t = rescaled(t, known, decision)
-            placed = [
-                replace(one, parameters=rescaled(one.parameters, known, decision))
-                if one.sight.spline == spline
-                else one
-                for one in placed
-            ]
-        placed.append(Placed(sight, t, decision.relation))
-    return FullSplines(curves, tuple(placed))
+            curves[spline] = moved(extended(known, points, decision, CONTROL_POINTS, fitting), laser)
+        placed.append(Placed(sight, decision.parameters(points), decision.relation))
+    return _on_unit_domain(curves, placed)
+
+
+def _on_unit_domain(curves: Mapping[int, BSpline], placed: Sequence[Placed]) -> FullSplines:
+    """Full splines that have grown, and all that was placed on them, with parameters from 0 to 1 again."""
+    start = {spline: curve.domain[0] for spline, curve in curves.items()}
+    scale = {spline: 1.0 / (curve.domain[1] - curve.domain[0]) for spline, curve in curves.items()}
+    return FullSplines(
+        {
+            spline: BSpline(curve.degree, (curve.knots - start[spline]) * scale[spline], curve.control_points)
+            for spline, curve in curves.items()
+        },
+        tuple(
+            replace(one, parameters=(one.parameters - start[one.sight.spline]) * scale[one.sight.spline])
+            for one in placed
+        ),
+    )
 
 
 def moved(curve: BSpline, pose: Float[np.ndarray, "3"]) -> BSpline:
@@ -95,11 +104,8 @@ def observation(full: FullSplines, one: Placed, fitting: FittingConfig) -> Splin
     """The control points of the full spline as one sight gives them (eqs 8–15)."""
     spline, sensor = one.sight.spline, one.sight.sensor
     t = np.clip(one.parameters, *full.curves[spline].domain)
-    seen = chord_length(full.curves[spline], t, one.sight.points - sensor, fitting, NOISE)
-    from_robot = seen.b + seen.A @ np.tile(sensor, seen.A.shape[1] // 2)
-    return SplineFactor(
-        one.sight.pose, full.first[spline] + seen.first, seen.A, from_robot, seen.readings, seen.constant
-    )
+    seen = chord_length(full.curves[spline], t, one.sight.points - sensor, fitting, NOISE).moved(sensor)
+    return SplineFactor(one.sight.pose, full.first[spline] + seen.first, seen.A, seen.b, seen.readings, seen.constant)
 
 
 def problem(

@@ -60,7 +60,7 @@ def sighting(stretch: tuple[float, float], rng: np.random.Generator) -> Sighting
     points = seen_stretch(sight.SECOND_POSE, stretch, rng)
     decision = relate(full_spline, points, CONFIG)
     grown = decision.relation is Relation.EXTENSION
-    result = extended(full_spline, points, decision, sight.FITTING) if grown else full_spline
+    result = extended(full_spline, points, decision, sight.CONTROL_POINTS, sight.FITTING) if grown else full_spline
     return Sighting(full_spline, points, decision, result)
 
 

@@ -8,10 +8,11 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.models import ChordLengthConfig
 from bspline_slam.observation import ChordLengthNoise
 from bspline_slam.observation_steps import ObservedSpline, observe_spline
 
-CONTROL_POINTS = 13
+CONTROL_POINTS = ChordLengthConfig().control_points
 """Of every fitted spline, as on the paper's map of the Intel Lab."""
 RANGE_NOISE = 0.012
 """Standard deviation of ranges (m; paper, section 3.3.2)."""
