@@ -8,8 +8,8 @@ import numpy as np
 
 from bspline_slam import se2
 from bspline_slam.association import Association, AssociationConfig, Verdict
-from bspline_slam.fitting import FittingConfig
 from bspline_slam.mapping import MapBuilder, carried
+from bspline_slam.models import NormalDistance
 from bspline_slam.segmentation import segment_scan
 from core.rooms import loop_path, room_scan
 
@@ -19,7 +19,7 @@ def built(
 ) -> tuple[MapBuilder, list[tuple[Association, ...]]]:
     """The map from scans at `poses`, all of it moved by `move`."""
     rng = np.random.default_rng(seed)
-    builder = MapBuilder(AssociationConfig(), FittingConfig())
+    builder = MapBuilder(AssociationConfig(), NormalDistance())
     scans = [room_scan(pose, rng, index=k) for k, pose in enumerate(poses)]
     return builder, [builder.add(k, se2.compose(move, poses[k]), segment_scan(scan)) for k, scan in enumerate(scans)]
 
@@ -78,7 +78,9 @@ def test_a_rebuilt_map_keeps_its_ids() -> None:
     first, decided = built(poses)
     began = {(a.scan, a.segment): first.heir(a.spline) for s in reversed(decided) for a in s if a.spline is not None}
     rng = np.random.default_rng(0)
-    again = MapBuilder(AssociationConfig(), FittingConfig(), lambda s, k: began.get((s, k), -1), first_id=first.next_id)
+    again = MapBuilder(
+        AssociationConfig(), NormalDistance(), lambda s, k: began.get((s, k), -1), first_id=first.next_id
+    )
     for k, pose in enumerate(poses):
         again.add(k, pose, segment_scan(room_scan(pose, rng, index=k)))
     assert {s.id for s in again.map if s.observations > 3} <= {s.id for s in first.map}

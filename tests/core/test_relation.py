@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bspline_slam.bspline import BSpline, clamped_knots
+from bspline_slam.errors import GeometryError
 from bspline_slam.fitting import FittingConfig, fit_parameters
-from bspline_slam.relation import EndRelation, Relation, RelationConfig, extended, relate, rescaled, trace
+from bspline_slam.relation import EndRelation, Relation, RelationConfig, extended, relate, trace
 
 CONFIG = RelationConfig()
 FITTING = FittingConfig()
@@ -53,7 +54,7 @@ def test_an_end_within_the_threshold_coincides() -> None:
 
 
 def test_a_beam_that_misses_is_turned_until_it_hits() -> None:
-    parameter, turns, hit = trace(spline(30, 100), np.radians(27.25), CONFIG.resolution)
+    parameter, turns, hit = trace(spline(30, 100), arc(27.25, 27.25)[0], np.radians(27.25), CONFIG.resolution)
     assert turns == 6
     assert parameter == pytest.approx(0.25 / 70, abs=1e-3)
     assert np.allclose(hit, arc(30.25, 30.25)[0], atol=2e-3)
@@ -68,8 +69,26 @@ def test_bearings_may_pass_the_cut_behind_the_robot() -> None:
 def test_an_extension_covers_old_and_new_with_as_many_control_points() -> None:
     curve, points = spline(30, 100), arc(60, 140)
     decision = relate(curve, points, CONFIG)
-    grown = extended(curve, points, decision, FITTING)
+    grown = extended(curve, points, decision, len(curve.control_points), FITTING)
     assert len(grown.control_points) == len(curve.control_points)
-    assert np.allclose(grown(np.array([0.0, 1.0])), [arc(30, 30)[0], arc(140, 140)[0]], atol=0.01)
+    assert grown.domain == pytest.approx((0.0, 110 / 70), abs=0.01)
+    assert np.allclose(grown(np.array(grown.domain)), [arc(30, 30)[0], arc(140, 140)[0]], atol=0.01)
     old = np.linspace(0, 1, 20)
-    assert np.allclose(grown(rescaled(old, curve, decision)), curve(old), atol=0.01)
+    assert np.allclose(grown(old), curve(old), atol=0.01)
+
+
+def test_of_several_crossings_of_a_beam_the_one_at_its_range_counts() -> None:
+    """The curve goes out at 3 m and comes back at 5 m behind itself."""
+    angle = np.linspace(-0.5, 0.5, 40)
+    near, far = (r * np.stack([np.cos(angle), np.sin(angle)], -1) for r in (3.0, 5.0))
+    points = np.concatenate([near, far[::-1]])
+    curve = fit_parameters(points, np.linspace(0, 1, 80), clamped_knots(25), FITTING).curve
+    for reach in (3.0, 5.0):
+        _, turns, hit = trace(curve, np.array([reach, 0.0]), 0.0, CONFIG.resolution)
+        assert turns == 0
+        assert hit == pytest.approx([reach, 0.0], abs=0.02)
+
+
+def test_data_that_run_against_the_full_spline_are_refused() -> None:
+    with pytest.raises(GeometryError, match="run against it"):
+        relate(spline(30, 100).reversed(), arc(45, 80), CONFIG)

@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig
+from bspline_slam.association import Verdict
 from bspline_slam.backends import BACK_ENDS
 from bspline_slam.errors import Cancelled, ConfigError, SolverError
+from bspline_slam.fitting import FittingConfig
 from bspline_slam.logs import open_log
+from bspline_slam.models import ChordLengthConfig
+from bspline_slam.relation import Relation
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Slam, SlamConfig, SlamResult, SlamStep, Snapshot, adjust, marginals, run_slam
 
@@ -106,11 +109,62 @@ def test_cancelling_stops_between_scans_and_keeps_what_was_done(three_splines: S
 
 @pytest.mark.parametrize(
     "config",
-    [SlamConfig(back_end="magic"), SlamConfig(adjustment=AdjustmentConfig(model="magic"))],
+    [SlamConfig(back_end="magic"), SlamConfig(model="magic")],
 )
 def test_unknown_names_are_refused_before_any_work(three_splines: ScanLog, config: SlamConfig) -> None:
     with pytest.raises(ConfigError, match='"magic": choose one of'):
         Slam(three_splines, config)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 4, 5])
+def test_curves_of_any_order_give_the_same_poses(three_splines: ScanLog, degree: int) -> None:
+    snapshot = run_slam(three_splines, SlamConfig(fitting=FittingConfig(degree=degree))).snapshot
+    assert {spline.curve.degree for spline in snapshot.map} == {degree}
+    assert absolute_error(three_splines, snapshot.poses).max() < 0.01
+    found = marginals(snapshot, splines=[spline.id for spline in snapshot.map])
+    assert all(np.linalg.eigvalsh(covariance).min() > 0 for covariance in found.splines.values())
+
+
+@pytest.fixture(scope="module")
+def published(three_splines: ScanLog) -> Snapshot:
+    return run_slam(three_splines, SlamConfig(model="chord-length")).snapshot
+
+
+def test_the_published_model_maps_three_splines_if_less_well(
+    three_splines: ScanLog, result: SlamResult, published: Snapshot
+) -> None:
+    error = absolute_error(three_splines, published.poses)
+    assert absolute_error(three_splines, result.snapshot.poses).max() < error.max() < 0.15
+    long = [spline for spline in published.map if spline.length > 3.0]
+    assert len(long) == 3
+    for spline in published.map:
+        assert len(spline.curve.control_points) <= 13
+        assert spline.span == pytest.approx(spline.curve.domain)
+    assert published.estimate is not None
+    assert published.estimate.converged
+
+
+def test_the_published_model_says_what_each_segment_was_to_its_spline(published: Snapshot) -> None:
+    decided = [a for step in published.steps for a in step.associations]
+    assert {a.relation for a in decided if a.spline is not None} == set(Relation)
+    assert all(a.relation is Relation.EXTENSION for a in decided if a.verdict is Verdict.EXTENDED)
+    assert all(a.relation is None for a in decided if a.spline is None)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 4, 5])
+def test_the_published_model_works_with_any_order(three_splines: ScanLog, degree: int) -> None:
+    config = SlamConfig(
+        model="chord-length", fitting=FittingConfig(degree=degree), chord_length=ChordLengthConfig(control_points=10)
+    )
+    snapshot = run_slam(three_splines, config).snapshot
+    assert {spline.curve.degree for spline in snapshot.map} == {degree}
+    assert {len(spline.curve.control_points) for spline in snapshot.map if spline.length > 3.0} == {10}
+    assert absolute_error(three_splines, snapshot.poses).max() < 0.3
+
+
+def test_a_configuration_that_no_curve_fits_is_refused_before_any_work(three_splines: ScanLog) -> None:
+    with pytest.raises(ConfigError, match="from 1 to 5"):
+        Slam(three_splines, SlamConfig(fitting=FittingConfig(degree=7)))
 
 
 def test_without_odometry_the_map_is_made_from_scans_alone(three_splines: ScanLog) -> None:

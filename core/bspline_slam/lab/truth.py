@@ -19,6 +19,7 @@ from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
 from bspline_slam.lab.world import World
 from bspline_slam.models.protocol import Model
 from bspline_slam.relation import Relation
+from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import EndKind, ScanSegment, SegmentationConfig, breakpoints
 from bspline_slam.spline_map import MapSpline, SplineMap
 
@@ -130,8 +131,7 @@ def _true_observation(
     points, segments, associations = scan.points_robot, [], []
     for face in np.intersect1d(met, worthy).tolist():
         seen = np.flatnonzero(met == face)
-        jumps = breakpoints(scan.ranges[seen], scan.bearings[seen], scan.resolution, SegmentationConfig())
-        for beams in np.split(seen, np.flatnonzero(jumps) + 1):
+        for beams in _unbroken(scan, seen):
             number = len(segments)
             segments.append(ScanSegment(index, number, beams, points[beams], EndKind.EDGE, EndKind.EDGE))
             first, last = int(beams[0]), int(beams[-1])
@@ -140,6 +140,13 @@ def _true_observation(
             )
     valid = int(np.count_nonzero(scan.valid))
     return KeyObservations(index, tuple(segments), tuple(associations), valid, scan.pose_robot_sensor[:2])
+
+
+def _unbroken(scan: LaserScan, beams: Int[np.ndarray, "m"]) -> list[Int[np.ndarray, "_"]]:
+    if len(beams) < 2:
+        return [beams]
+    jumps = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, SegmentationConfig())
+    return np.split(beams, np.flatnonzero(jumps) + 1)
 
 
 def true_odometry(log: SimulatedLog, key_scans: Sequence[int], model: OdometryModel) -> tuple[PoseFactor, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -46,6 +46,7 @@ class SeenBeams:
     sensor: Float[np.ndarray, "2"]
 
 
+@runtime_checkable
 class GrowingMap(Protocol):
     """The map under construction, as a model sees it while it takes in a segment."""
 
@@ -75,6 +76,7 @@ class GrowingMap(Protocol):
         ...
 
 
+@runtime_checkable
 class Model(Protocol):
     """An observation model; parameters of all its curves are about metres along them."""
 

@@ -22,6 +22,7 @@ from bspline_slam.lab.truth import (
 )
 from bspline_slam.lab.world import World
 from bspline_slam.lab.world_file import open_world
+from bspline_slam.models import NormalDistance
 from bspline_slam.tracking import TrackingConfig
 
 WORLDS = ["corridor", "three_splines"]
@@ -55,7 +56,7 @@ def test_every_beam_is_given_to_a_curve_that_passes_through_its_end_and_faces_th
     world, log, scans = drive
     keys = true_observations(world, log, scans)
     faces = sorted({a.spline for key in keys for a in key.associations if a.spline is not None})
-    splines = true_map(world, FittingConfig(), faces)
+    splines = true_map(world, NormalDistance(), faces)
     assert [spline.id for spline in splines] == faces
     poses = log.true_poses[log.scan_records]
     for key in keys:
@@ -75,7 +76,7 @@ def test_true_curves_lie_on_the_truth_and_a_straight_wall_is_one_piece(
 ) -> None:
     world, _, _ = drive
     curves = TrueCurves.from_world(world)
-    splines = true_map(world, FittingConfig(), range(2 * len(list(shape_samples(world)))))
+    splines = true_map(world, NormalDistance(), range(2 * len(list(shape_samples(world)))))
     for spline in splines:
         t, points = spline.sample(0.1)
         assert np.abs(curves.distances(points, spline.curve.normals(t))).max() < 2 * MODEL_ERROR
@@ -111,6 +112,6 @@ def test_poses_are_found_from_odometry(drive: tuple[World, SimulatedLog, list[in
     faces = sorted({a.spline for key in keys for a in key.associations if a.spline is not None})
     fitting = FittingConfig()
     truth = log.true_poses[log.scan_records[scans]]
-    poses = localised(keys, true_map(world, fitting, faces), truth[0], odometry, fitting)
+    poses = localised(keys, true_map(world, NormalDistance(fitting), faces), truth[0], odometry, fitting)
     assert np.abs(se2.wrap(poses[:, 2] - truth[:, 2])).max() < 0.01
     assert np.linalg.norm(poses[:, :2] - truth[:, :2], axis=1).max() < 0.2
