@@ -25,7 +25,7 @@ from bspline_slam.errors import Cancelled
 from bspline_slam.graph import SplineFactor
 from bspline_slam.lab.degrees_of_freedom import measures
 from bspline_slam.lab.scan_test import ScanTest
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam import SlamConfig, Snapshot, model_of
 
 LEAST_SHARE = 0.01
 """Directions of an innovation in which noise makes less than this share of the variance are left out: there the rest
@@ -46,7 +46,7 @@ def plain_estimate(snapshot: Snapshot, config: SlamConfig, cancelled: Cancelling
         snapshot.pose_factors,
         collect_sights(snapshot.observations, snapshot.map),
         replace(config.adjustment, cauchy=np.inf),
-        config.fitting,
+        model_of(config),
         config.adjustment.gates[-1],
     )
     return back_end("direct").solve(graph, cancelled=cancelled)
