@@ -9,7 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from bspline_slam.backends import back_end as make_back_end
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.config import config_from_dict, read_config_file
 from bspline_slam.errors import Cancelled
@@ -18,7 +17,7 @@ from bspline_slam.export.map_svg import map_to_svg
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, marginals, model_of, run_slam
+from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, check_names, marginals, run_slam
 from splinescope.report import report
 
 Progress = Callable[[str, float], None]
@@ -106,8 +105,7 @@ def resolved_config(file: Path | None, back_end: str | None, model: str | None) 
     if model is not None:
         data = data | {"model": model}
     config = config_from_dict(SlamConfig, data)
-    make_back_end(config.back_end)  # a wrong name is refused now, not after the log was read
-    model_of(config)
+    check_names(config)  # a wrong name is refused now, not after the log was read
     return config
 
 

@@ -12,9 +12,9 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.adjustment import AdjustmentConfig, KeyObservations, adjust_splines
 from bspline_slam.association import Association, AssociationConfig
-from bspline_slam.backends import Stopping, back_end
+from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
-from bspline_slam.errors import Cancelled, LogError, SolverError
+from bspline_slam.errors import Cancelled, ConfigError, LogError, SolverError
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Graph, PoseFactor, PosePrior
 from bspline_slam.localisation import LocalisationConfig, place_on_curves
@@ -62,6 +62,13 @@ class SlamConfig:
 def model_of(config: SlamConfig) -> Model:
     """The observation model that a configuration asks for. Raises ConfigError for one that does not exist."""
     return make_model(config.model, config.fitting, config.chord_length)
+
+
+def check_names(config: SlamConfig) -> None:
+    """Raises ConfigError for a back end, a model or curves that do not exist, before any work is done."""
+    if config.back_end not in BACK_ENDS:
+        raise ConfigError(f'there is no back end "{config.back_end}": choose one of {", ".join(BACK_ENDS)}')
+    model_of(config)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -136,7 +143,7 @@ class Slam:
 
     def __post_init__(self) -> None:
         c = self.config
-        back_end(c.back_end)  # a wrong name is refused now, not after the last scan
+        check_names(c)
         self._model = model_of(c)
         self._tracker = Tracker(c.tracking, c.matching, c.segmentation, c.motion)
         self._closer = LoopCloser(c.loops, c.matching, c.tracking)
