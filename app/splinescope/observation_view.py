@@ -85,7 +85,7 @@ def _taken_apart(
     sensor = scan.scan.pose_robot_sensor
     try:
         points = se2.transform(se2.inverse(sensor), segment.points)
-        steps = observation_steps(points, config.fitting, config.adjustment.chord_length_noise)
+        steps = observation_steps(points, config.fitting, config.chord_length.noise)
     except GeometryError as error:
         return f"Segment {segment.index} cannot be observed: {error}."
     mine = sorted(
@@ -97,7 +97,7 @@ def _taken_apart(
     relation = _relation(scan.scan, segment, chosen, world, pose)
     return ObservationView(
         scan.scan.index,
-        config.adjustment.model,
+        config.model,
         segment,
         pose,
         steps,
