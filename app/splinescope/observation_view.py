@@ -11,12 +11,14 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
 from bspline_slam.errors import GeometryError
+from bspline_slam.observation import MODELS
 from bspline_slam.observation_steps import ObservationSteps, ObservedRelation, observation_steps, observed_relation
 from bspline_slam.relation import RelationConfig
-from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.slam import SlamConfig
 from splinescope.view import MapView, ScanView, Selection
+
+CHORD_LENGTH = MODELS[1]
 
 
 class ObservationStep(Enum):
@@ -85,7 +87,7 @@ def _taken_apart(
     sensor = scan.scan.pose_robot_sensor
     try:
         points = se2.transform(se2.inverse(sensor), segment.points)
-        steps = observation_steps(points, config.fitting, config.chord_length.noise)
+        steps = observation_steps(points, config.fitting, config.chord_length.noise, control_points_of(config))
     except GeometryError as error:
         return f"Segment {segment.index} cannot be observed: {error}."
     mine = sorted(
@@ -94,7 +96,7 @@ def _taken_apart(
     )
     chosen = mine[piece % len(mine)] if mine else None
     pose = se2.compose(scan.pose, sensor)
-    relation = _relation(scan.scan, segment, chosen, world, pose)
+    relation = _relation(steps, segment, chosen, world, pose, config.chord_length.relation)
     return ObservationView(
         scan.scan.index,
         config.model,
@@ -108,12 +110,18 @@ def _taken_apart(
     )
 
 
+def control_points_of(config: SlamConfig) -> int | None:
+    """How many control points the observation is of; None where the length of the segment decides."""
+    return config.chord_length.control_points if config.model == CHORD_LENGTH else None
+
+
 def _relation(
-    scan: LaserScan,
+    steps: ObservationSteps,
     segment: ScanSegment,
     association: Association | None,
     world: MapView | None,
     pose: Float[np.ndarray, "3"],
+    config: RelationConfig,
 ) -> ObservedRelation | str:
     """What a piece of the segment is to the spline it was given to."""
     if association is None:
@@ -128,10 +136,10 @@ def _relation(
     whole = spline.curve.clamped((max(spline.span[0], low), min(spline.span[1], high)))
     whole = whole.with_control_points(se2.transform(se2.inverse(pose), whole.control_points))
     beams = (segment.beams >= association.first) & (segment.beams <= association.last)
-    points = se2.transform(se2.inverse(scan.pose_robot_sensor), segment.points[beams])
+    points = steps.points[beams]
     if len(points) < 2:
         return "The piece has a single beam: two are needed to compare ends."
     try:
-        return observed_relation(whole, points, RelationConfig(resolution=scan.resolution))
+        return observed_relation(whole, points, config)
     except GeometryError as error:
         return f"It cannot be told: {error}."

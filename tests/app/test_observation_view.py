@@ -148,3 +148,12 @@ def test_a_run_by_another_model_is_said_to_be_one(scan: ScanView, world: MapView
     view = views(scan, world)[0]
     assert "This run observes by normal-distance" in "".join(panel.headline(view))
     assert "This run" not in "".join(panel.headline(replace(view, model="chord-length")))
+
+
+def test_the_published_model_has_its_fixed_number_of_control_points(scan: ScanView, world: MapView) -> None:
+    longest = max(scan.segments, key=lambda fitted: len(fitted.segment.beams)).segment
+    config = replace(CONFIG, model="chord-length")
+    view = view_observation(scan, world, Selection("segment", longest.index), config)
+    assert isinstance(view, ObservationView)
+    assert len(view.steps.curve.control_points) == config.chord_length.control_points
+    assert "This run" not in "".join(panel.headline(view))

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from bspline_slam.observation import MODELS
 from bspline_slam.relation import EndComparison, EndRelation, Relation
 from splinescope import table
 from splinescope.commands import Seek, Select, ShowObservation, StepObservation
 from splinescope.observation_picture import observation_picture
-from splinescope.observation_view import ObservationStep, ObservationView
+from splinescope.observation_view import CHORD_LENGTH, ObservationStep, ObservationView
 from splinescope.palette import theme
 from splinescope.panels.panel import Post, on_choice, on_press
 from splinescope.session import Session
@@ -101,12 +100,11 @@ def headline(view: ObservationView | str) -> list[str]:
     piece = f" · piece {view.piece + 1} of {view.pieces}" if view.pieces > 1 else ""
     beams = f"{len(view.segment.beams)} beams{piece} · keys b, n"
     parts = [table.paragraph(f"Segment {view.segment.index} of key scan {view.scan} · {beams}", "dim")]
-    if view.model != PAPER:
+    if view.model != CHORD_LENGTH:
         parts.append(table.paragraph(f"This run observes by {view.model}; the paper would do it so:", "dim"))
     return parts
 
 
-PAPER = MODELS[1]
 ABOUT = (
     "How a segment becomes an observation, as the paper has it: chord-length parameters, basis, control points, "
     "covariance, and the decision which part of its spline was seen."
