@@ -83,7 +83,11 @@ def _add_evaluate(command: argparse.ArgumentParser) -> None:
 
 
 def _add_simulate(command: argparse.ArgumentParser) -> None:
-    command.add_argument("world", help="a world: the name of one that comes with the program, or a .json file")
+    command.add_argument(
+        "world", nargs="?", help="a world: the name of one that comes with the program, or a .json file"
+    )
+    command.add_argument("--from-map", type=Path, metavar="DIR", help="instead: the map and the path that `run` wrote")
+    command.add_argument("--log", type=Path, help="the log that DIR was made from, to scan exactly where it does")
     command.add_argument("--out", type=Path, required=True, help="the log to write; its suffix says the format")
     command.add_argument("--seed", type=int, default=0, help="of all noise (default: %(default)s)")
     command.add_argument("--noise", type=float, default=0.012, help="of ranges, m (default: %(default)s)")
@@ -191,18 +195,10 @@ def evaluate(options: argparse.Namespace) -> None:
 
 def simulate(options: argparse.Namespace) -> None:
     """Write the log of a simulated drive."""
-    from bspline_slam.lab.simulation import simulate_to_file
+    from splinescope.simulate import simulate_as_wished
 
     with progress_line() as progress:
-        written = simulate_to_file(
-            options.world,
-            options.out,
-            seed=options.seed,
-            noise=options.noise,
-            resolution_deg=options.resolution,
-            odometry_noise=options.odometry_noise,
-            progress=lambda done, total: progress("Simulating scans", done / total),
-        )
+        written = simulate_as_wished(options, lambda done, total: progress("Simulating scans", done / total))
     print(*written, sep="\n")
 
 

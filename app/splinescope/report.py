@@ -13,6 +13,7 @@ from typing import Any
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.calibration import odometry_bias
 from bspline_slam.config import config_to_dict
+from bspline_slam.lab.twin import TwinLaser
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
 
@@ -25,6 +26,7 @@ def report(log: ScanLog, config: SlamConfig, snapshot: Snapshot, seconds: dict[s
         "format": "splinescope-report",
         "version": 1,
         "log": _log(log),
+        "laser": TwinLaser.from_scan(log[0]).to_dict(),
         "counts": _counts(snapshot),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
         "odometry": _odometry(log, snapshot),

@@ -12,8 +12,11 @@ import sys
 import urllib.request
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from bspline_slam import se2
+from bspline_slam.logs import open_log
 from splinescope.__main__ import main
 
 COMMAND = [sys.executable, "-m", "splinescope"]
@@ -70,6 +73,18 @@ def test_simulate_writes_a_log_and_its_truth_and_the_seed_decides_them(simulated
     assert simulated.with_name("three.truth.tum").is_file()
 
 
+def test_the_twin_of_a_run_is_a_log_with_its_truth(results: Path, simulated: Path, tmp_path: Path) -> None:
+    for name, extra in (("plain", []), ("exact", ["--log", str(simulated)])):
+        out = tmp_path / name / "twin.log"
+        assert main(["simulate", "--from-map", str(results), "--out", str(out), "--seed", "5", *extra]) == 0
+        twin, original = open_log(out), open_log(simulated)
+        assert len(twin) == len(original) and len(twin.records.stamps) == len(original.records.stamps)
+        assert np.allclose(twin[0].bearings, original[0].bearings, atol=1e-6)
+        assert twin.truth is not None and original.truth is not None and twin.odometry is not None
+        moved = np.linalg.norm(se2.between(twin.truth[0], twin.truth[-1])[:2])
+        assert moved == pytest.approx(np.linalg.norm(se2.between(original.truth[0], original.truth[-1])[:2]), abs=0.05)
+
+
 def test_run_writes_everything_and_the_report_is_a_configuration(
     results: Path, simulated: Path, tmp_path: Path
 ) -> None:
@@ -118,6 +133,11 @@ def test_evaluate_prints_both_definitions(tmp_path: Path, capsys: pytest.Capture
         (["evaluate", "nowhere", "--relations", "r"], "nowhere: is not a readable trajectory"),
         (["simulate", "atlantis", "--out", "a.log"], "atlantis"),
         (["simulate", "three_splines", "--out", "a.doc"], "a.doc"),
+        (["simulate", "--out", "a.log"], "simulate needs either a world or --from-map DIR"),
+        (["simulate", "office", "--from-map", "x", "--out", "a.log"], "simulate needs either a world or --from-map"),
+        (["simulate", "office", "--log", "x", "--out", "a.log"], "--log goes with --from-map"),
+        (["simulate", "--from-map", "nowhere", "--out", "a.log"], "nowhere: is not a folder with the results of a run"),
+        (["simulate", "--from-map", "x", "--resolution", "1", "--out", "a.log"], "--resolution goes with a world"),
     ],
 )
 def test_a_mistake_is_one_sentence(

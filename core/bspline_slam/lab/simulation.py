@@ -218,12 +218,7 @@ def simulate_to_file(
     The suffix of `out` (.log, .log.gz, .mcap) decides the format; the truth goes to `<stem>.truth.tum`. Raises
     ConfigError for an unknown world, a wrong world file, a suffix without a format, or a value out of range.
     """
-    for name, value in {"noise": noise, "odometry noise": odometry_noise, "seed": seed}.items():
-        if not 0 <= value < np.inf:
-            raise ConfigError(f"{name} must be a number and not negative, got {value:g}")
-    write = WRITERS.get(log_suffix(out))
-    if write is None:
-        raise ConfigError(f"{out.name}: a log can be written as {', '.join(WRITERS)}, not as {out.suffix or 'that'}")
+    check_wishes(out, noise=noise, odometry_noise=odometry_noise, seed=seed)
     log = simulate(
         open_world(world),
         rng=np.random.default_rng(seed),
@@ -232,8 +227,22 @@ def simulate_to_file(
         odometry_noise=odometry_noise,
         progress=progress,
     )
+    return write_simulated(log, out)
+
+
+def check_wishes(out: Path, **values: float) -> None:
+    """Refuse, before any work, a suffix without a format and values that are negative or no numbers (ConfigError)."""
+    for name, value in values.items():
+        if not 0 <= value < np.inf:
+            raise ConfigError(f"{name.replace('_', ' ')} must be a number and not negative, got {value:g}")
+    if log_suffix(out) not in WRITERS:
+        raise ConfigError(f"{out.name}: a log can be written as {', '.join(WRITERS)}, not as {out.suffix or 'that'}")
+
+
+def write_simulated(log: SimulatedLog, out: Path) -> list[Path]:
+    """Write the log and its truth beside it; returns what was written."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    write(log, out)
+    WRITERS[log_suffix(out)](log, out)
     write_truth(log, truth_path(out))
     return [out, truth_path(out)]
 
