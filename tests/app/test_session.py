@@ -377,6 +377,15 @@ def test_a_run_with_another_model_processes_the_log_again_and_cannot_be_had_by_s
     assert session.result.origin is None
 
 
+def test_a_run_that_is_impossible_is_refused_with_its_numbers(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    asked = len(inline.asked)
+    session.apply(ask.Choose(Recipe(model="chord-length", order=4, control_points=3)))
+    session.apply(ask.RunAgain())
+    assert "at least 4 control points, not 3" in session.notices[-1].text
+    assert len(inline.asked) == asked
+
+
 def test_a_run_that_fails_leaves_the_result_shown_before(finished: tuple[Session, InlineEstimator]) -> None:
     session, inline = finished
     shown, steps = session.result, dict(session.findings.steps)

@@ -26,7 +26,7 @@ ABOUT_BACK_ENDS = {
 }
 ABOUT_MODELS = {
     "normal-distance": "Only the distance across a curve counts.",
-    "chord-length": "The published observation: control points at chord-length parameters.",
+    "chord-length": "The published observation: whole control points, at chord-length parameters.",
 }
 ROUNDS = "Each round finds anew which beams belong to which point of a curve; there the cost may jump."
 GREY = "#888888"
@@ -45,7 +45,10 @@ class EstimatePanel:
         self._about = gui.add_html("")
         self._order = gui.add_dropdown("Order", tuple(map(str, ORDERS)), hint="Degree of the curves plus one")
         self._spacing = gui.add_number("Knots (m)", Recipe().spacing, min=0.1, max=2.0, step=0.05)
-        for widget in (self._model, self._back_end, self._order, self._spacing):
+        self._points = gui.add_number(
+            "Control points", Recipe().control_points, min=2, max=60, step=1, hint="Of every spline; the knots follow"
+        )
+        for widget in (self._model, self._back_end, self._order, self._spacing, self._points):
             on_change(widget, self._choose)
         self._run = gui.add_button("Run the whole log again", icon=viser.Icon.PLAYER_PLAY)
         self._solve = gui.add_button("Only solve this map again", icon=viser.Icon.REFRESH, hint="Key o")
@@ -72,6 +75,8 @@ class EstimatePanel:
         recipe = session.recipe
         self._model.value, self._back_end.value = recipe.model, recipe.back_end
         self._order.value, self._spacing.value = str(recipe.order), recipe.spacing
+        self._points.value = recipe.control_points
+        self._spacing.visible, self._points.visible = recipe.spaced, not recipe.spaced
         about = f"{ABOUT_MODELS[recipe.model]} {ABOUT_BACK_ENDS[recipe.back_end]}"
         self._about.content = table.block(table.paragraph(about, "dim"))
         self._run.disabled, self._solve.disabled = session.run_refusal is not None, session.refusal is not None
@@ -83,9 +88,8 @@ class EstimatePanel:
             self._draw(session.costs)
 
     def _choose(self) -> None:
-        self._post(
-            Choose(Recipe(self._model.value, self._back_end.value, int(self._order.value), float(self._spacing.value)))
-        )
+        order, spacing, points = int(self._order.value), float(self._spacing.value), int(self._points.value)
+        self._post(Choose(Recipe(self._model.value, self._back_end.value, order, spacing, points)))
 
     def _draw(self, costs: tuple[float, ...]) -> None:
         self._curve.visible = self._note.visible = len(costs) > 1
