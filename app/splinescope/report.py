@@ -85,6 +85,6 @@ def _fit(estimate: Estimate) -> dict[str, Any]:
         "cost_before": estimate.iterations[0].cost,
         "cost_after": estimate.iterations[-1].cost,
         "chi2": estimate.chi2,
-        "dof": estimate.dof,
+        "dof": round(estimate.dof),
         "chi2_per_dof": estimate.chi2 / estimate.dof if estimate.dof > 0 else None,
     }

@@ -32,8 +32,8 @@ class AdjustmentConfig:
 
     Beams count by a Cauchy weight of scale `cauchy` standard deviations. `bend` is the standard deviation (m) of
     second
-    differences of control points, `slide` that of a control point along its curve as its spline's best observer sees
-    it: nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first pose (m, rad).
+    differences of control points, `slide` that of a whole curve along itself as its best observer sees it:
+    nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first pose (m, rad).
     `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak through the
     splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
     """
@@ -267,7 +267,8 @@ def _slides(
     config: AdjustmentConfig,
 ) -> Iterator[SplineFactor]:
     """Hold each control point along its curve, relative to the pose that saw most of the spline: a gauge, not a
-    measurement."""
+    measurement. The more control points a curve has, the weaker each is held, or a long curve would be tied to one
+    pose."""
     seen, owner = sights.pose[feet.counts], place[sights.spline[feet.counts]]
     cuts = np.searchsorted(owner, np.arange(len(kept) + 1))
     for k, spline in enumerate(kept):
@@ -275,7 +276,7 @@ def _slides(
         tangents = se2.rotate(_turned_back(poses[pose][None])[0], greville_tangents(spline.curve))
         local = se2.transform(se2.inverse(poses[pose]), spline.curve.control_points)
         for i, (tangent, q) in enumerate(zip(tangents, local, strict=True)):
-            row = tangent[None] / config.slide
+            row = tangent[None] / (config.slide * np.sqrt(len(local)))
             yield SplineFactor(pose, int(spline_first[k]) + i, row, row @ q)
 
 

@@ -26,8 +26,9 @@ from bspline_slam.backends.direct import Direct
 from bspline_slam.backends.gauss_newton import Descent, State, Stopping, descend
 from bspline_slam.backends.graph_maps import local_maps_of
 from bspline_slam.backends.local_maps import WORLD, LocalMaps
+from bspline_slam.backends.packing import pack_curves, pack_edges
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, Progress, never, silent
-from bspline_slam.backends.statistics import degrees_of_freedom
+from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph
 
@@ -58,16 +59,7 @@ class Islsjf:
         maps = local_maps_of(graph)
         start = State(graph.poses, graph.control_points)
         descent = join(maps, start, self.stopping, progress, cancelled)
-        state, constant = descent.state, sum(factor.constant for factor in graph.spline_factors)
-        return Estimate(
-            graph,
-            state.poses,
-            state.control_points,
-            descent.records,
-            descent.converged,
-            maps.squares(state)[1] + constant,
-            degrees_of_freedom(graph),
-        )
+        return estimate_of(graph, pack_curves(graph), pack_edges(graph), descent)
 
     def covariances(
         self,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 from bspline_slam.graph import Graph
@@ -30,6 +30,16 @@ class CurveTerms:
     b: Float[np.ndarray, "b"]
     gram: Float[np.ndarray, "g"]
 
+    def only(self, chosen: Bool[np.ndarray, "f"]) -> CurveTerms:
+        """The chosen terms."""
+        return replace(
+            self,
+            observer=self.observer[chosen],
+            first=self.first[chosen],
+            size=self.size[chosen],
+            start=self.start[chosen],
+        )
+
     def cost(self, poses: Float[np.ndarray, "n 3"], control_points: Float[np.ndarray, "N 2"]) -> float:
         """Σ ‖e‖²."""
         if len(self.first) == 0:
@@ -48,6 +58,16 @@ class EdgeTerms:
     measured: Float[np.ndarray, "e 3"]
     sqrt_information: Float[np.ndarray, "e 3 3"]
     kernel: Float[np.ndarray, "e"]
+
+    def first(self, count: int) -> EdgeTerms:
+        """The first terms: pose factors come before priors."""
+        return EdgeTerms(
+            self.tail[:count],
+            self.head[:count],
+            self.measured[:count],
+            self.sqrt_information[:count],
+            self.kernel[:count],
+        )
 
     def cost(self, poses: Float[np.ndarray, "n 3"]) -> tuple[float, float]:
         """Σ ρ(‖e‖²) and the weighted Σ w ‖e‖²."""

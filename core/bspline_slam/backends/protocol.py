@@ -30,9 +30,8 @@ class IterationRecord:
 class Estimate:
     """The optimum that a back end reached; `iterations[0]` is the starting state.
 
-    `chi2` is Σ‖e‖² with robust weights applied plus the constants of the spline factors, and `dof` the readings
-    and rows behind it
-    minus the unknowns.
+    `chi2` is Σ‖e‖² of what was measured with robust weights applied, and `dof` the measured numbers less the
+    parameters that they determine; gauges and priors count in neither.
     """
 
     graph: Graph
@@ -41,7 +40,7 @@ class Estimate:
     iterations: tuple[IterationRecord, ...]
     converged: bool
     chi2: float
-    dof: int
+    dof: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)

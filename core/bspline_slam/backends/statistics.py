@@ -1,15 +1,27 @@
-"""From the end of a descent to an Estimate: χ² and degrees of freedom of the whole graph."""
+"""From the end of a descent to an Estimate: χ² of what was measured and its degrees of freedom.
+
+Priors and gauges are left out of both: they say what data leave open, and a control point that only they hold is no
+parameter that data were spent on.
+"""
 
 from __future__ import annotations
 
-from bspline_slam.backends.gauss_newton import Descent, State
-from bspline_slam.backends.packing import CurveTerms, EdgeTerms
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from bspline_slam.backends.gauss_newton import STEP_INFORMATION, Descent, State
+from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves
 from bspline_slam.backends.protocol import Estimate
-from bspline_slam.graph import Graph
+from bspline_slam.graph import Graph, SplineFactor
+from bspline_slam.kernels import linearise
+
+Matrices = list[Float[np.ndarray, "_ _"]]
 
 
 def estimate_of(graph: Graph, curves: CurveTerms, edges: EdgeTerms, descent: Descent) -> Estimate:
-    """The estimate that a descent reached, with the statistics of all factors; the terms are those of the graph."""
+    """The estimate that a descent reached, with its statistics; the terms are those of the graph."""
     state = descent.state
     return Estimate(
         graph,
@@ -18,18 +30,73 @@ def estimate_of(graph: Graph, curves: CurveTerms, edges: EdgeTerms, descent: Des
         descent.records,
         descent.converged,
         chi_square(graph, curves, edges, state),
-        degrees_of_freedom(graph),
+        degrees_of_freedom(graph, curves, state),
     )
 
 
 def chi_square(graph: Graph, curves: CurveTerms, edges: EdgeTerms, state: State) -> float:
-    """Σ w‖e‖², w the weight of the robust kernel, and the constants of the spline factors."""
-    squares = curves.cost(state.poses, state.control_points) + edges.cost(state.poses)[1]
-    return squares + sum(factor.constant for factor in graph.spline_factors)
+    """Σ w‖e‖² of observations and relative poses, w the weight of the robust kernel, with the constants of the
+    observations."""
+    observed = curves.only(measured(graph)).cost(state.poses, state.control_points)
+    relative = edges.first(len(graph.pose_factors)).cost(state.poses)[1]
+    return observed + relative + sum(factor.constant for factor in graph.spline_factors)
 
 
-def degrees_of_freedom(graph: Graph) -> int:
-    """Readings behind the spline factors (rows, where a factor counts none) and rows of all others, less unknowns."""
-    readings = sum(factor.readings or len(factor.b) for factor in graph.spline_factors)
-    rows = 3 * len(graph.pose_factors) + 3 * len(graph.pose_priors) + sum(len(prior.b) for prior in graph.shape_priors)
-    return readings + rows - graph.unknowns
+def degrees_of_freedom(graph: Graph, curves: CurveTerms, state: State) -> float:
+    """Measured numbers less the parameters that they, and not the priors, determine.
+
+    All poses without a prior count fully. A spline counts tr((D + Q)⁻¹ D) parameters, D being the information that
+    observations give its control points and Q that of gauge and shape prior: less than two for each control point.
+    """
+    rows = sum(_rows(factor) for factor in graph.spline_factors) + 3 * len(graph.pose_factors)
+    held = len({prior.pose for prior in graph.pose_priors})
+    determined = 0.0
+    for data, prior in zip(*spline_information(graph, curves, state), strict=True):
+        all_of_it = data + prior + STEP_INFORMATION * np.eye(len(data))
+        determined += float(np.trace(np.linalg.solve(all_of_it, data)))
+    return rows - 3 * (len(graph.poses) - held) - determined
+
+
+def _rows(factor: SplineFactor) -> int:
+    """A distance for each beam; where the factor sums nothing up beyond its rows, those; none for a gauge."""
+    return factor.readings if factor.constant > 0 else len(factor.b) if factor.readings else 0
+
+
+def measured(graph: Graph) -> Bool[np.ndarray, "f"]:
+    """Which curve terms hold beams: not the gauges among spline factors, and no shape prior."""
+    factors = [factor.readings > 0 for factor in graph.spline_factors]
+    return np.array(factors + [False] * len(graph.shape_priors), dtype=bool)
+
+
+def spline_information(graph: Graph, curves: CurveTerms, state: State) -> tuple[Matrices, Matrices]:
+    """For each spline the information of its control points at a state: from observations, and from gauge and
+    priors."""
+    data = measured(graph)
+    return _by_spline(graph, curves.only(data), state), _by_spline(graph, curves.only(~data), state)
+
+
+def information_of(estimate: Estimate) -> tuple[Matrices, Matrices]:
+    """`spline_information` at an estimate."""
+    state = State(estimate.poses, estimate.control_points)
+    return spline_information(estimate.graph, pack_curves(estimate.graph), state)
+
+
+def _by_spline(graph: Graph, curves: CurveTerms, state: State) -> Matrices:
+    """The information of curve terms as one matrix per spline."""
+    widest = int(curves.size[:, 1].max(initial=1))
+    band = np.zeros((len(state.control_points), widest, 2, 2))
+    linearise.curve_information(
+        state.poses, curves.observer, curves.first, curves.size, curves.start, curves.gram, band
+    )
+    return [_dense(band[a:b]) for a, b in pairwise(graph.spline_first.tolist())]
+
+
+def _dense(band: Float[np.ndarray, "n w 2 2"]) -> Float[np.ndarray, "m m"]:
+    """The symmetric matrix of blocks [k, d] in row k and column k + d."""
+    n, widest = band.shape[:2]
+    full = np.zeros((n, 2, n, 2))
+    for d in range(min(widest, n)):
+        k = np.arange(n - d)
+        full[k, :, k + d, :] = band[: n - d, d]
+        full[k + d, :, k, :] = band[: n - d, d].transpose(0, 2, 1)
+    return full.reshape(2 * n, 2 * n)

@@ -102,6 +102,15 @@ def linearise_curves(
 
 
 @njit(cache=True, nogil=True)
+def curve_information(poses, observer, first, size, start, gram, H_curve):
+    """Add the curve terms to the blocks of the control points alone."""
+    for f in range(len(first)):
+        i, k0, w = observer[f], first[f], 2 * size[f, 1]
+        c, s = (np.cos(poses[i, 2]), np.sin(poses[i, 2])) if i >= 0 else (1.0, 0.0)
+        _linearise_points(gram[start[f, 2] : start[f, 2] + w * w].reshape(w, w), c, s, H_curve[k0 : k0 + w // 2])
+
+
+@njit(cache=True, nogil=True)
 def _linearise_points(G, c, s, H_curve):
     """The blocks R G_kl Rᵀ of the observed control points."""
     for k in range(len(G) // 2):

@@ -168,12 +168,25 @@ def test_what_nothing_observes_stays_where_it_started(world, name):
 
 
 @pytest.mark.parametrize("name", ITERATING)
-def test_degrees_of_freedom_count_readings_and_rows(world, name):
+def test_degrees_of_freedom_count_what_was_measured_less_what_it_determines(world, name):
     graph = world(np.random.default_rng(14), poses=6, walls=1).graph
-    estimate = back_end(name).solve(graph)
-    readings = sum(factor.readings for factor in graph.spline_factors)
-    rows = 3 * len(graph.pose_factors) + 3 + 2 * 6
-    assert estimate.dof == readings + rows - (3 * 6 + 2 * 8)
+    rows = sum(factor.readings for factor in graph.spline_factors) + 3 * len(graph.pose_factors)
+    weak, given, strong = (
+        back_end(name).solve(replace(graph, shape_priors=tuple(replace(p, A=k * p.A) for p in graph.shape_priors)))
+        for k in (1e-4, 1.0, 1e4)
+    )
+    assert weak.dof == pytest.approx(rows - (3 * 5 + 2 * 8), abs=0.1)
+    assert weak.dof < given.dof < strong.dof < rows - 3 * 5
+
+
+def test_a_gauge_counts_neither_in_chi_square_nor_in_degrees_of_freedom(world):
+    graph = world(np.random.default_rng(15)).graph
+    before = back_end("direct").solve(graph)
+    there = se2.transform(se2.inverse(before.poses[2]), before.control_points[3:4])[0]
+    gauge = SplineFactor(2, 3, 1e-4 * np.eye(2), 1e-4 * (there + 100.0))
+    after = back_end("direct").solve(replace(graph, spline_factors=(*graph.spline_factors, gauge)))
+    assert after.chi2 == pytest.approx(before.chi2, abs=1e-3)
+    assert after.dof == pytest.approx(before.dof, abs=1e-3)
 
 
 @pytest.mark.parametrize("name", ITERATING)
