@@ -101,6 +101,7 @@ def test_every_back_end_can_be_put_to_the_test(corridor: tuple[World, SimulatedL
     run = run_errors(world, log, problem, *settled(problem, config), config)
     assert np.all(np.isfinite(run.pose_nees)) and np.all(run.pose_nees >= 0.0)
     assert run.curve_dof > 10 and np.isfinite(run.curve_nees)
+    assert np.isfinite(run.innovation) == np.isfinite(run.innovation_dof) == (back_end not in FILTERS)
 
 
 def test_a_run_can_be_cancelled() -> None:

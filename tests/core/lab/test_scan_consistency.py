@@ -7,6 +7,7 @@ from itertools import count
 
 import numpy as np
 import pytest
+from bspline_slam.lab.degrees_of_freedom import measures
 
 from bspline_slam import se2
 from bspline_slam.backends import back_end
@@ -24,7 +25,6 @@ from bspline_slam.lab.consistency import (
     settled,
     told_the_truth,
 )
-from bspline_slam.lab.degrees_of_freedom import measures
 from bspline_slam.lab.scan_consistency import pose_errors, scan_consistency
 from bspline_slam.lab.simulation import simulate
 from bspline_slam.lab.world_file import open_world
