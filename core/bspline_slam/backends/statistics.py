@@ -59,12 +59,17 @@ def degrees_of_freedom(graph: Graph, curves: CurveTerms, state: State) -> float:
 
 def _rows(factor: SplineFactor) -> int:
     """A distance for each beam; where the factor sums nothing up beyond its rows, those; none for a gauge."""
-    return factor.readings if factor.constant > 0 else len(factor.b) if factor.readings else 0
+    return factor.readings if factor.constant > 0 else len(factor.b) if measures(factor) else 0
+
+
+def measures(factor: SplineFactor) -> bool:
+    """Whether a spline factor holds beams; without any it only fixes where control points lie along their curve."""
+    return factor.readings > 0
 
 
 def measured(graph: Graph) -> Bool[np.ndarray, "f"]:
     """Which curve terms hold beams: not the gauges among spline factors, and no shape prior."""
-    factors = [factor.readings > 0 for factor in graph.spline_factors]
+    factors = [measures(factor) for factor in graph.spline_factors]
     return np.array(factors + [False] * len(graph.shape_priors), dtype=bool)
 
 

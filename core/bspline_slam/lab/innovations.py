@@ -20,10 +20,10 @@ from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.protocol import Cancelling, Estimate, never
 from bspline_slam.backends.sparse_cholesky import Factor
+from bspline_slam.backends.statistics import measures
 from bspline_slam.backends.threads import single_thread
 from bspline_slam.errors import Cancelled
 from bspline_slam.graph import SplineFactor
-from bspline_slam.lab.degrees_of_freedom import measures
 from bspline_slam.lab.scan_test import ScanTest
 from bspline_slam.slam import SlamConfig, Snapshot, model_of
 

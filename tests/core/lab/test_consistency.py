@@ -12,6 +12,7 @@ from bspline_slam.errors import Cancelled
 from bspline_slam.lab.consistency import (
     ASSOCIATIONS,
     BEARING_NOISE,
+    FILTERS,
     ODOMETRY,
     RANGE_NOISE,
     Experiment,

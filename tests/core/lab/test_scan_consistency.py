@@ -7,13 +7,13 @@ from itertools import count
 
 import numpy as np
 import pytest
-from bspline_slam.lab.degrees_of_freedom import measures
 
 from bspline_slam import se2
 from bspline_slam.backends import back_end
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.protocol import Estimate
+from bspline_slam.backends.statistics import measures
 from bspline_slam.errors import Cancelled
 from bspline_slam.lab import innovations as lab
 from bspline_slam.lab.consistency import (
