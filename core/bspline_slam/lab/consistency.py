@@ -260,7 +260,7 @@ def before_last(problem: Problem, splines: SplineMap, estimate: Estimate, config
     edges = [edge for edge in problem.odometry if edge.j < len(keys)]
     sights = collect_sights(keys, splines)
     graph = build_graph(
-        keys, start.poses[:-1], splines, edges, sights, config.adjustment, config.fitting, config.adjustment.gates[-1]
+        keys, start.poses[:-1], splines, edges, sights, config.adjustment, model_of(config), config.adjustment.gates[-1]
     )
     try:
         before = back_end(config.back_end).solve(graph)
