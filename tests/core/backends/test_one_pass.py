@@ -66,7 +66,7 @@ def test_the_last_pose_and_the_map_are_those_of_the_batch(real, name):
         _, points = other.sample(0.05)
         feet = one(one.foot_points(points))
         assert np.sqrt(np.mean(np.sum((points - feet) ** 2, axis=1))) < 0.01
-    assert estimate.dof == batch.dof
+    assert estimate.dof == pytest.approx(batch.dof, rel=1e-3)
     assert estimate.chi2 < 1.2 * batch.chi2
 
 
