@@ -20,6 +20,7 @@ from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.kernels import curves as kernels
+from bspline_slam.knots import greville, without_idle_knots
 from bspline_slam.models.protocol import Model, SeenBeams
 from bspline_slam.observation import SplineObservation, across_sigma
 from bspline_slam.segmentation import ScanSegment
@@ -35,7 +36,8 @@ class AdjustmentConfig:
     differences of control points, `slide` that of a whole curve along itself as its best observer sees it:
     nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first pose (m, rad).
     `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak through the
-    splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
+    splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m), and after
+    half of the rounds a control point only where leaving it out costs more than `idle_gain` of χ².
     """
 
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
@@ -46,6 +48,7 @@ class AdjustmentConfig:
     explained_weight: float = 0.02
     support: int = 2
     support_step: float = 0.4
+    idle_gain: float = 9.21
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -181,7 +184,7 @@ def build_graph(
         spline_factors=(*_spline_factors(observed, sights, place, spline_first), *held),
         pose_factors=_remaining_factors(factors, keys, sights, feet, config),
         pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
-        shape_priors=tuple(_bends(spline_first, config)),
+        shape_priors=tuple(_bends(kept, spline_first, config)),
         beams=_beams(sights, feet, kept, poses, place, config, model.fitting),
     )
 
@@ -282,16 +285,20 @@ def _slides(
 
 def greville_tangents(curve: BSpline) -> Float[np.ndarray, "n 2"]:
     """Unit tangents of the curve at the Greville abscissae of its control points."""
-    index = np.arange(len(curve.control_points))[:, None] + np.arange(1, curve.degree + 1)
-    tangent = curve(np.clip(curve.knots[index].mean(1), *curve.domain), 1)
+    tangent = curve(np.clip(greville(curve), *curve.domain), 1)
     return tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
 
 
-def _bends(spline_first: Int[np.ndarray, "s1"], config: AdjustmentConfig) -> Iterator[ShapePrior]:
-    row = np.kron(np.array([[1.0, -2.0, 1.0]]), np.eye(2)) / config.bend
-    for a, b in itertools.pairwise(spline_first):
-        for first in range(int(a), int(b) - 2):
-            yield ShapePrior(first, row, np.zeros(2))
+def _bends(
+    kept: Sequence[MapSpline], spline_first: Int[np.ndarray, "s1"], config: AdjustmentConfig
+) -> Iterator[ShapePrior]:
+    """Second differences over Greville abscissae: nothing bends a straight curve, wherever its knots are."""
+    for spline, offset in zip(kept, spline_first.tolist(), strict=False):
+        gaps = np.diff(greville(spline.curve))
+        share = gaps[:-1] / (gaps[:-1] + gaps[1:])
+        weights = np.stack([2.0 - 2.0 * share, np.full(len(share), -2.0), 2.0 * share], -1) / config.bend
+        for i, row in enumerate(weights):
+            yield ShapePrior(offset + i, np.kron(row[None], np.eye(2)), np.zeros(2))
 
 
 def _remaining_factors(
@@ -360,6 +367,27 @@ def supported_span(
     return low + width * float(starts[longest]), low + width * float(ends[longest])
 
 
+def thinned(
+    splines: SplineMap,
+    sights: Sights,
+    feet: Feet,
+    poses: Float[np.ndarray, "n 3"],
+    config: AdjustmentConfig,
+    fitting: FittingConfig,
+) -> SplineMap:
+    """Each spline without the knots that its beams do not ask for."""
+    kept = np.flatnonzero(feet.counts)
+    normals = feet.normals[kept]
+    seen = se2.rotate(_turned_back(poses[sights.pose[kept]]), normals)
+    weight = 1.0 / across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
+    cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
+    out = []
+    for spline, a, b in zip(splines, cuts[:-1], cuts[1:], strict=True):
+        curve = without_idle_knots(spline.curve, feet.t[kept[a:b]], normals[a:b], weight[a:b], config.idle_gain)
+        out.append(replace(spline, curve=curve))
+    return SplineMap(tuple(out))
+
+
 ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
 """Rounds before the last find new foot points anyway."""
 
@@ -389,6 +417,9 @@ def adjust_splines(
             raise Cancelled("the adjustment was cancelled")
         sights = collect_sights(keys, splines)
         splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config, model)
+        if number == len(config.gates) // 2 and not model.measures_along:
+            feet = find_feet(sights, splines, poses, gate)
+            splines = thinned(splines, sights, feet, poses, config, model.fitting)
         graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.bspline import BSpline, basis_rows
+from bspline_slam.bspline import BSpline
+
+ALONG = 0.1
+"""Share of a beam's weight that holds the curve along itself, so that it keeps its length; it earns no knot."""
 
 
 def without_idle_knots(
@@ -22,28 +25,33 @@ def without_idle_knots(
     `gain` = 9.2 a knot stays where χ² of its two coordinates rejects its absence at 99 %.
     """
     degree, count = curve.degree, len(curve.control_points)
-    first, basis = basis_rows(curve.knots, degree, t)
-    rows = np.zeros((len(t), count, 2))
-    rows[np.arange(len(t))[:, None], first[:, None] + np.arange(degree + 1)] = (
-        basis[:, :, None] * (normals * weight[:, None])[:, None, :]
-    )
-    rows = rows.reshape(len(t), 2 * count)
-    information = rows.T @ rows
-    information += 1e-6 * np.trace(information) / len(information) * np.eye(len(information))
-    kept = np.zeros(count - degree - 1, dtype=bool)
+    if len(t) == 0:
+        return curve
+    across = _rows(curve, t, normals * weight[:, None])
+    along = _rows(curve, t, normals[:, ::-1] * (ALONG * weight[:, None] * (1.0, -1.0)))
+    information = across.T @ across + along.T @ along
+    information += 1e-9 * np.trace(information) / len(information) * np.eye(len(information))
+    kept = np.zeros(count - degree - 1, dtype=bool)  # inner knots
     inner = curve.knots[degree + 1 : count]
     while not kept.all():
         knots = np.concatenate([curve.knots[: degree + 1], inner[kept], curve.knots[count:]])
         refine = np.kron(refinement(curve, knots), np.eye(2))
         wanted = refine.T @ information
         coarse = np.linalg.solve(wanted @ refine, wanted @ curve.control_points.ravel())
-        lost = np.square(rows @ (refine @ coarse - curve.control_points.ravel()))
+        lost = np.square(across @ (refine @ coarse - curve.control_points.ravel()))
         if lost.sum() <= gain * np.count_nonzero(~kept):
             return BSpline(degree, knots, coarse.reshape(-1, 2))
         missing = np.flatnonzero(~kept)
         nearest = np.abs(t[:, None] - inner[missing]).argmin(1)
         kept[missing[np.bincount(nearest, weights=lost, minlength=len(missing)).argmax()]] = True
     return curve
+
+
+def _rows(
+    curve: BSpline, t: Float[np.ndarray, "m"], directions: Float[np.ndarray, "m 2"]
+) -> Float[np.ndarray, "m d"]:
+    """What moves of the control points (c_1x, c_1y, c_2x, …) do to the curve at t, seen along `directions`."""
+    return (curve.basis(t)[:, :, None] * directions[:, None, :]).reshape(len(t), 2 * len(curve.control_points))
 
 
 def refinement(curve: BSpline, knots: Float[np.ndarray, "fewer"]) -> Float[np.ndarray, "n m"]:
