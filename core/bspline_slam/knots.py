@@ -47,9 +47,7 @@ def without_idle_knots(
     return curve
 
 
-def _rows(
-    curve: BSpline, t: Float[np.ndarray, "m"], directions: Float[np.ndarray, "m 2"]
-) -> Float[np.ndarray, "m d"]:
+def _rows(curve: BSpline, t: Float[np.ndarray, "m"], directions: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m d"]:
     """What moves of the control points (c_1x, c_1y, c_2x, …) do to the curve at t, seen along `directions`."""
     return (curve.basis(t)[:, :, None] * directions[:, None, :]).reshape(len(t), 2 * len(curve.control_points))
 

@@ -55,7 +55,7 @@ class SlamConfig:
     loops: LoopConfig = LoopConfig()
     adjustment: AdjustmentConfig = AdjustmentConfig()
     localisation: LocalisationConfig = LocalisationConfig()
-    least_observations: int = 2
+    least_observations: int = 3
     rebuild_move: float = 0.1
 
 
