@@ -1,4 +1,4 @@
-"""The command line: view, run, evaluate, simulate, join, consistency. Everything that prints is here."""
+"""The command line: view, run, evaluate, simulate, twin, join, consistency. Everything that prints is here."""
 
 from __future__ import annotations
 
@@ -50,6 +50,9 @@ def parser() -> argparse.ArgumentParser:
     _add_run(commands.add_parser("run", help="process a log without a display and write trajectory, map and report"))
     _add_evaluate(commands.add_parser("evaluate", help="score a written trajectory"))
     _add_simulate(commands.add_parser("simulate", help="drive a simulated robot through a world and write its log"))
+    _add_twin(
+        commands.add_parser("twin", help="simulate a finished run again and hold new estimates against the truth")
+    )
     _add_join(commands.add_parser("join", help="join local point-feature maps made elsewhere into one"))
     _add_consistency(commands.add_parser("consistency", help="simulate many runs and hold errors against covariances"))
     _add_reproduce(commands.add_parser("reproduce", help="do the experiments of the paper again: figures and a table"))
@@ -96,6 +99,16 @@ def _add_simulate(command: argparse.ArgumentParser) -> None:
         "--odometry-noise", type=float, default=1.0, help="factor on its errors (default: %(default)s)"
     )
     command.set_defaults(command=simulate)
+
+
+def _add_twin(command: argparse.ArgumentParser) -> None:
+    command.add_argument("results", type=Path, metavar="DIR", help="the folder that `run` wrote")
+    command.add_argument("--log", type=Path, help="the log that DIR was made from, to scan exactly where it does")
+    command.add_argument("--seeds", type=int, default=5, metavar="N", help="how many drives (default: %(default)s)")
+    command.add_argument("--seed", type=int, default=0, help="of the first drive (default: %(default)s)")
+    command.add_argument("--scans", metavar="FIRST:LAST", help="only a stretch of the drive (default: all of it)")
+    command.add_argument("--json", action="store_true", help="print the figures as JSON")
+    command.set_defaults(command=twin)
 
 
 def _add_join(command: argparse.ArgumentParser) -> None:
@@ -200,6 +213,24 @@ def simulate(options: argparse.Namespace) -> None:
     with progress_line() as progress:
         written = simulate_as_wished(options, lambda done, total: progress("Simulating scans", done / total))
     print(*written, sep="\n")
+
+
+def twin(options: argparse.Namespace) -> None:
+    """Print how far estimates are from the truth of a twin, a line for each seed."""
+    from splinescope import twin_table as table
+    from splinescope.twin import run_trials
+    from splinescope.twin_source import chosen_stretch, read_twin
+
+    world = chosen_stretch(read_twin(options.results, options.log), options.scans)
+    seeds = range(options.seed, options.seed + options.seeds)
+
+    def show(line: str) -> None:
+        if not options.json:
+            print(line, flush=True)
+
+    with cancelled_by_interrupt() as cancelled, progress_line() as progress:
+        trials = run_trials(world, seeds, progress, cancelled, show)
+    print(json.dumps(table.figures(seeds, trials), indent=2) if options.json else table.closing(trials))
 
 
 def join(options: argparse.Namespace) -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from bspline_slam.errors import ConfigError
-from bspline_slam.lab.finished_run import FinishedRun
 from bspline_slam.lab.simulation import Progress, check_wishes, simulate_to_file, write_simulated
-from bspline_slam.lab.twin import Twin, simulate_twin
+from bspline_slam.lab.twin import simulate_twin
+from splinescope.twin_source import read_twin
 
 
 def simulate_as_wished(options: Namespace, progress: Progress) -> list[Path]:
@@ -45,9 +45,3 @@ def twin_to_file(options: Namespace, progress: Progress) -> list[Path]:
         progress=progress,
     )
     return write_simulated(log, options.out)
-
-
-def read_twin(results: Path, log: Path | None) -> Twin:
-    """The twin of the run in that folder; the log it was made from, where given, tells where it scans."""
-    run = FinishedRun.from_folder(results)
-    return Twin.from_run(run, None if log is None else run.open_log(log))

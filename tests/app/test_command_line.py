@@ -52,7 +52,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *words: str | Path, code: int 
 def test_help_names_every_command_and_loads_nothing_heavy() -> None:
     code = "import sys, splinescope.__main__ as m\ntry: m.main(['--help'])\nexcept SystemExit: print(*sys.modules)"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert all(f"\n    {command} " in printed for command in ("view", "run", "evaluate", "simulate"))
+    assert all(f"\n    {command} " in printed for command in ("view", "run", "evaluate", "simulate", "twin"))
     assert not {"numpy", "gtsam", "viser", "numba"} & set(printed.split())
 
 

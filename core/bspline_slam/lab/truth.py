@@ -50,7 +50,11 @@ class TrueCurves:
 
     @classmethod
     def from_world(cls, world: World) -> TrueCurves:
-        curves = list(shape_samples(world))
+        return cls.from_samples(list(shape_samples(world)))
+
+    @classmethod
+    def from_samples(cls, curves: Sequence[Float[np.ndarray, "_ 2"]]) -> TrueCurves:
+        """From the points of each curve, SPACING apart."""
         points = np.concatenate(curves)
         normals = np.concatenate([_normals(curve) for curve in curves])
         shape = np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])

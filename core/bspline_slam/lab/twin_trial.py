@@ -1,0 +1,171 @@
+"""One trial on a twin: simulate it, run the whole pipeline on the log, and hold everything it found against the truth.
+
+Unlike `consistency`, nothing is told to the estimator: it has its own configuration, its own decisions, and a log with
+biased odometry, people and blocked scans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import process_time
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam import se2
+from bspline_slam.backends import back_end
+from bspline_slam.backends.protocol import Cancelling, Marginals, never
+from bspline_slam.graph import Graph, PosePrior
+from bspline_slam.lab.consistency_table import POSE_DOF, Figure
+from bspline_slam.lab.evaluation import Figures, alignment
+from bspline_slam.lab.scan_consistency import pose_errors
+from bspline_slam.lab.simulation import SimulatedLog
+from bspline_slam.lab.statistics import chi_square_band
+from bspline_slam.lab.truth import SPACING, TrueCurves
+from bspline_slam.lab.twin import Twin, simulate_twin
+from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, marginals, quiet, run_slam
+from bspline_slam.spline_map import SplineMap
+
+PLACES = 0.5
+"""Distance (m) between the places on a curve where its error is measured."""
+COUNTERPART = 0.3
+"""A place on the map farther than this (m) from every true curve has none: somebody who walked by, or worse."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TwinErrors:
+    """Errors of one trial. Positions (m) and headings (rad) after the rigid alignment of all positions that is best in
+    the least-squares sense.
+
+    `position` and `heading` are of all scans, `adjusted` and `pose_graph` the positions of key scans, after everything
+    and from the pose graph alone. `pose_nees` has three degrees of freedom for each key scan but the first, which the
+    truth is moved onto. `curve_squares` are squared errors along the normal over their variance, at places PLACES apart
+    on `curves` splines; `without_truth` is the share of places without a true curve near them.
+    """
+
+    scans: int
+    key_scans: int
+    control_points: int
+    position: Figures
+    heading: Figures
+    adjusted: Figures
+    pose_graph: Figures
+    lost: int
+    chi2_per_dof: float
+    pose_nees: Float[np.ndarray, "n"]
+    curve_squares: Float[np.ndarray, "p"]
+    curves: int
+    without_truth: float
+    processor_seconds: float
+
+    @property
+    def improvement(self) -> float:
+        """Share by which the adjustment lowers the mean position error of the pose graph."""
+        return 1.0 - self.adjusted.mean / self.pose_graph.mean
+
+
+def run_trial(
+    twin: Twin,
+    rng: np.random.Generator,
+    config: SlamConfig,
+    progress: StageProgress = quiet,
+    cancelled: Cancelling = never,
+) -> TwinErrors:
+    """Simulate and estimate with all defaults, and compare. Raises SolverError where the estimator gives up, and
+    Cancelled."""
+    log = simulate_twin(twin, rng=rng)
+    started = process_time()
+    snapshot = run_slam(log, config, progress=progress, cancelled=cancelled).snapshot
+    return twin_errors(twin, log, snapshot, config, process_time() - started)
+
+
+def twin_errors(
+    twin: Twin, log: SimulatedLog, snapshot: Snapshot, config: SlamConfig, processor_seconds: float
+) -> TwinErrors:
+    """A finished estimate of the log against its truth."""
+    truth, keys, estimate = log.true_poses[log.scan_records], snapshot.key_scans, snapshot.estimate
+    assert estimate is not None
+    ids = [spline.id for spline in snapshot.map]
+    found = marginals(snapshot, poses=range(len(keys)), splines=ids)
+    off = aligned_errors(snapshot.poses, truth)
+    squares, curves, without = curve_errors(twin, se2.between(truth[keys[0]], estimate.poses[0]), snapshot.map, found)
+    return TwinErrors(
+        scans=len(log),
+        key_scans=len(keys),
+        control_points=snapshot.map.control_point_count,
+        position=Figures.of(np.linalg.norm(off[:, :2], axis=1)),
+        heading=Figures.of(np.abs(off[:, 2])),
+        adjusted=_positions(snapshot.poses[keys], truth[keys]),
+        pose_graph=_positions(pose_graph_alone(snapshot, config), truth[keys]),
+        lost=sum(step.lost for step in snapshot.steps),
+        chi2_per_dof=estimate.chi2 / max(estimate.dof, 1),
+        pose_nees=pose_errors(estimate, found.poses, truth).squares,
+        curve_squares=squares,
+        curves=curves,
+        without_truth=without,
+        processor_seconds=processor_seconds,
+    )
+
+
+def aligned_errors(poses: Float[np.ndarray, "n 3"], truth: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """Differences (m, rad) after the rigid alignment of all positions."""
+    off = se2.compose(alignment(poses[:, :2], truth[:, :2]), poses) - truth
+    off[:, 2] = se2.wrap(off[:, 2])
+    return off
+
+
+def _positions(poses: Float[np.ndarray, "n 3"], truth: Float[np.ndarray, "n 3"]) -> Figures:
+    return Figures.of(np.linalg.norm(aligned_errors(poses, truth)[:, :2], axis=1))
+
+
+def pose_graph_alone(snapshot: Snapshot, config: SlamConfig) -> Float[np.ndarray, "n 3"]:
+    """Key poses from odometry, scan matching and loop closures alone: what there would be without splines."""
+    poses = snapshot.poses[snapshot.key_scans]
+    graph = Graph(
+        key_scans=snapshot.key_scans,
+        poses=poses,
+        spline_ids=np.zeros(0, dtype=np.int64),
+        spline_first=np.zeros(1, dtype=np.int64),
+        control_points=np.zeros((0, 2)),
+        pose_factors=snapshot.pose_factors,
+        pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.adjustment.anchor),),
+    )
+    return back_end("pose_graph").solve(graph).poses
+
+
+def curve_errors(
+    twin: Twin, move: Float[np.ndarray, "3"], splines: SplineMap, found: Marginals
+) -> tuple[Float[np.ndarray, "p"], int, float]:
+    """Squared errors along the normal over their variances, the number of splines that have some, and the share of
+    places without a true curve. `move` is how the truth is seen from the estimate's first pose."""
+    true = TrueCurves.from_samples([se2.transform(move, curve.sample(SPACING)[1]) for curve in twin.curves])
+    squares, places = [np.zeros(0)], 0
+    for spline in splines:
+        low, high = spline.span
+        count = max(int((high - low) / PLACES), 1)
+        t = low + (np.arange(count) + 0.5) * (high - low) / count
+        points, normals = spline.curve(t), spline.curve.normals(t)
+        off = true.distances(points, normals)
+        near = true.tree.query(points)[0] < COUNTERPART
+        places += len(t)
+        if spline.id in found.splines and near.any():
+            rows = (spline.curve.basis(t)[:, :, None] * normals[:, None, :]).reshape(len(t), -1)
+            variance = np.einsum("ti,ij,tj->t", rows, found.splines[spline.id], rows)
+            squares.append((off**2 / variance)[near])
+    counted = np.concatenate(squares)
+    return counted, len(squares) - 1, 1.0 - len(counted) / max(places, 1)
+
+
+def pose_anees(trials: Sequence[TwinErrors]) -> Figure:
+    """Mean NEES over its degrees of freedom. The poses of one trial share their errors: each trial is one sample of the
+    band."""
+    values = [float(trial.pose_nees.mean()) / POSE_DOF for trial in trials]
+    return Figure(float(np.mean(values)), chi_square_band(POSE_DOF * len(trials)))
+
+
+def curve_anees(trials: Sequence[TwinErrors]) -> Figure:
+    """Mean squared normalised error along the normal. The places on one curve share its error: each curve is one sample
+    of the band."""
+    squares = np.concatenate([trial.curve_squares for trial in trials])
+    return Figure(float(squares.mean()), chi_square_band(sum(trial.curves for trial in trials)))
