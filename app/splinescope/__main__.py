@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
-from bspline_slam.errors import Cancelled, ConfigError, SplineSlamError
+from bspline_slam.errors import Cancelled, SplineSlamError
 
 SAMPLE = "office"
 FAILED, INTERRUPTED = 2, 130
@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
     _add_view(commands.add_parser("view", help="watch a log being processed, in the browser"))
     _add_run(commands.add_parser("run", help="process a log without a display and write trajectory, map and report"))
-    _add_evaluate(commands.add_parser("evaluate", help="score a written trajectory"))
+    _add_evaluate(commands.add_parser("evaluate", help="score a finished run: its trajectory and its map"))
     _add_simulate(commands.add_parser("simulate", help="drive a simulated robot through a world and write its log"))
     _add_twin(
         commands.add_parser("twin", help="simulate a finished run again and hold new estimates against the truth")
@@ -81,6 +81,7 @@ def _add_evaluate(command: argparse.ArgumentParser) -> None:
     command.add_argument("results", type=Path, help="the folder that `run` wrote, or a TUM file")
     command.add_argument("--relations", type=Path, help="hand-checked relative poses: t1 t2 x y z roll pitch yaw")
     command.add_argument("--reference", type=Path, help="a reference trajectory (TUM) for ATE and RPE")
+    command.add_argument("--log", type=Path, help="the log of the run, to hold the map against its beams")
     command.add_argument("--json", action="store_true", help="print the figures as JSON")
     command.set_defaults(command=evaluate)
 
@@ -185,25 +186,13 @@ def run(options: argparse.Namespace) -> None:
 
 
 def evaluate(options: argparse.Namespace) -> None:
-    """Print the figures of a written trajectory."""
-    from bspline_slam.export.trajectory import Trajectory
-    from bspline_slam.lab.evaluation import TrajectoryErrors
-    from bspline_slam.lab.relations import RelationErrors, Relations
-    from splinescope import evaluation_text as text
+    """Print the figures of a finished run."""
+    from splinescope.evaluate import evaluate_results, evaluation_text
 
-    if not options.relations and not options.reference:
-        raise ConfigError("evaluate needs --relations FILE or --reference FILE, or both")
-    results = options.results / "trajectory.tum" if options.results.is_dir() else options.results
-    trajectory, figures, lines = Trajectory.from_tum(results), {}, []
-    if options.relations:
-        errors = RelationErrors.from_trajectory(trajectory, Relations.from_file(options.relations))
-        figures["relations"] = text.relation_figures(errors)
-        lines.append(text.relation_text(figures["relations"]))
-    if options.reference:
-        errors = TrajectoryErrors.from_trajectories(trajectory, Trajectory.from_tum(options.reference))
-        figures["reference"] = text.trajectory_figures(errors)
-        lines.append(text.trajectory_text(figures["reference"]))
-    print(json.dumps(figures, indent=2) if options.json else "\n".join(lines))
+    figures = evaluate_results(
+        options.results, relations=options.relations, reference=options.reference, log=options.log
+    )
+    print(json.dumps(figures, indent=2) if options.json else evaluation_text(figures))
 
 
 def simulate(options: argparse.Namespace) -> None:

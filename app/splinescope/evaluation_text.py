@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.lab.crispness import Crispness
 from bspline_slam.lab.evaluation import Figures, TrajectoryErrors
+from bspline_slam.lab.map_size import MapSize
 from bspline_slam.lab.relations import RelationErrors
 
 
@@ -76,6 +78,79 @@ def trajectory_text(figures: dict[str, Any]) -> str:
             f"             {_line(figures['rpe_deg'], '°')}",
         ]
     return "\n".join(lines)
+
+
+def crispness_figures(found: Crispness) -> dict[str, Any]:
+    """Beams, root mean square (m) and shares; null where no beam is near a curve."""
+    return {
+        "beams": found.beams,
+        "rms_within_5cm_m": _number(found.rms),
+        "share_within_5cm": _number(found.within_5cm),
+        "share_within_3cm": _number(found.within_3cm),
+    }
+
+
+def crispness_text(figures: dict[str, Any]) -> str:
+    """How near beams end to the map."""
+    return f"crispness    {_near(figures)}"
+
+
+def held_out_text(figures: dict[str, Any]) -> str:
+    """The same of beams that the curves were not fitted to."""
+    return f"held out     {_near(figures)}   curves fitted to even beams, held against odd ones"
+
+
+def size_figures(size: MapSize) -> dict[str, Any]:
+    """Splines, control points and bytes."""
+    return {
+        "splines": size.splines,
+        "control_points": size.control_points,
+        "spline_metres": round(size.metres, 2),
+        "bytes": size.raw,
+        "bytes_gzip": size.packed,
+        "grid_bytes": size.grid_raw,
+        "grid_bytes_gzip": size.grid_packed,
+    }
+
+
+def size_text(figures: dict[str, Any]) -> str:
+    """The map's size, and that of a grid."""
+    grid, packed = figures["grid_bytes"], figures["grid_bytes_gzip"]
+    packed = "its contents need --log" if packed is None else f"{packed:,} gzip"
+    return (
+        f"map          {figures['splines']} splines, {figures['control_points']:,} control points, "
+        f"{figures['spline_metres']:g} m\n"
+        f"size         {figures['bytes']:,} bytes, {figures['bytes_gzip']:,} gzip: "
+        "control points and knots as float32\n"
+        f"             {grid:,} bytes, {packed}: a grid of 5 cm cells over the same rectangle"
+    )
+
+
+def cost_figures(report: dict[str, Any]) -> dict[str, Any]:
+    """Wall time by stage (s) and memory (MB) of the run, as far as its report tells."""
+    return {name: report[name] for name in ("seconds", "seconds_total", "peak_memory_mb") if name in report}
+
+
+def cost_text(figures: dict[str, Any]) -> str:
+    """Time and memory in one line; nothing where the report is missing."""
+    if "seconds_total" not in figures:
+        return ""
+    stages = ", ".join(f"{stage} {time:.1f}" for stage, time in figures.get("seconds", {}).items())
+    memory = f", {figures['peak_memory_mb']:.0f} MB" if "peak_memory_mb" in figures else ""
+    return f"run          {figures['seconds_total']:.1f} s ({stages}){memory}"
+
+
+def _near(figures: dict[str, Any]) -> str:
+    if figures["rms_within_5cm_m"] is None:
+        return f"none of {figures['beams']:,} beams on walls ends within 5 cm of a curve"
+    return (
+        f"{1e3 * figures['rms_within_5cm_m']:.2f} mm RMS within 5 cm; {100 * figures['share_within_3cm']:.1f} % of "
+        f"{figures['beams']:,} beams on walls within 3 cm, {100 * figures['share_within_5cm']:.1f} % within 5 cm"
+    )
+
+
+def _number(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def _figures(errors: Float[np.ndarray, "n"]) -> dict[str, float]:

@@ -19,6 +19,7 @@ from bspline_slam import se2
 from bspline_slam.logs import open_log
 from splinescope.__main__ import main
 
+SAMPLES = Path(__file__).parents[2] / "sample_logs"
 COMMAND = [sys.executable, "-m", "splinescope"]
 
 
@@ -106,6 +107,42 @@ def test_evaluate_against_the_truth(results: Path, simulated: Path, capsys: pyte
     assert figures["ate_m"]["mean"] < 0.05
 
 
+def test_evaluate_measures_the_map_against_its_log(
+    results: Path, simulated: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["evaluate", str(results), "--log", str(simulated), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    report = json.loads((results / "report.json").read_text())
+    assert set(figures) == {"crispness", "held_out", "map", "run"}
+    assert 0.002 < figures["crispness"]["rms_within_5cm_m"] < 0.02 and figures["crispness"]["share_within_3cm"] > 0.9
+    assert figures["held_out"]["beams"] < figures["crispness"]["beams"]
+    assert figures["map"]["control_points"] == report["counts"]["control_points"]
+    assert figures["map"]["bytes"] < figures["map"]["grid_bytes"] and figures["map"]["grid_bytes_gzip"] > 0
+    assert figures["run"]["seconds"] == report["seconds"]
+    assert main(["evaluate", str(results), "--log", str(simulated)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines if not line.startswith(" ")] == [
+        "crispness",
+        "held",
+        "map",
+        "size",
+        "run",
+    ]
+
+
+def test_evaluate_without_a_log_still_tells_size_and_cost(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["evaluate", str(results), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert set(figures) == {"map", "run"} and figures["map"]["grid_bytes_gzip"] is None
+
+
+def test_evaluate_refuses_another_log(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "is not the log that results was made from" in complaint(
+        capsys, "evaluate", results, "--log", SAMPLES / "office.log.gz"
+    )
+    assert "nowhere.log: there is no such log" in complaint(capsys, "evaluate", results, "--log", "nowhere.log")
+
+
 def test_evaluate_prints_both_definitions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "trajectory.tum").write_text("0 0 0 0 0 0 0 1\n1 10 0.3 0 0 0 0.0099998 0.99995\n")
     (tmp_path / "a.relations").write_text("0 1 10 0 0 0 0 0\n0 7 1 1 0 0 0 0\n")
@@ -129,7 +166,8 @@ def test_evaluate_prints_both_definitions(tmp_path: Path, capsys: pytest.Capture
         (["run", "three_splines", "--out", "o", "--model", "magic"], "magic"),
         (["run", "three_splines", "--out", "o", "--config", "c.toml"], "there is no configuration file c.toml"),
         (["view", "nowhere.log"], "there is no log nowhere.log"),
-        (["evaluate", "nowhere"], "evaluate needs --relations FILE or --reference FILE"),
+        (["evaluate", "nowhere"], "evaluate needs a folder of results, or --relations FILE or"),
+        (["evaluate", "nowhere", "--log", "x"], "--log goes with a folder of results that holds a map"),
         (["evaluate", "nowhere", "--relations", "r"], "nowhere: is not a readable trajectory"),
         (["simulate", "atlantis", "--out", "a.log"], "atlantis"),
         (["simulate", "three_splines", "--out", "a.doc"], "a.doc"),

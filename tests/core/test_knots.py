@@ -11,7 +11,9 @@ from bspline_slam.knots import greville, refinement, without_idle_knots
 GAIN = 9.21
 
 
-def measured(curve: BSpline, rng: np.random.Generator, count: int, sigma: float = 0.01) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def measured(
+    curve: BSpline, rng: np.random.Generator, count: int, sigma: float = 0.01
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     t = rng.uniform(*curve.domain, count)
     return t, curve.normals(t), np.full(count, 1.0 / sigma)
 

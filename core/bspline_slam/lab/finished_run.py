@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
+from bspline_slam.calibration import scan_records
 from bspline_slam.config import config_from_dict
 from bspline_slam.errors import LogError
 from bspline_slam.export.map_json import map_from_json
@@ -42,6 +44,10 @@ class FinishedRun:
         """The configuration of the run in these sections, defaults in the others."""
         saved = self.report.get("configuration", {})
         return config_from_dict(SlamConfig, {name: saved[name] for name in sections if name in saved})
+
+    def scan_poses(self, log: ScanLog) -> Float[np.ndarray, "scans 3"]:
+        """The pose of each scan of its log (world frame)."""
+        return self.trajectory.poses[scan_records(log.records, len(log))]
 
     def open_log(self, path: Path) -> ScanLog:
         """The log that the run was made from; raises LogError where `path` is another one."""
