@@ -198,6 +198,8 @@ class Estimation:
                 self._settle(snapshot)
             case told.Iterated(record=record):
                 self._iterated(record)
+            case told.QualityFound(quality=quality):
+                self._learn(quality=quality)
             case told.CovariancesFound(splines=splines):
                 self._learn(covariances=splines)
             case told.ConsistencyFound(tests=tests):

@@ -12,13 +12,15 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.map_view import dead_reckoned, view_map
+from splinescope.quality import Quality
 from splinescope.result import Result
 from splinescope.scan_view import view_scan
 from splinescope.view import MapView, ScanView
 
 
 class Findings:
-    """The open log (None: none is open) with steps, snapshot, covariances and `consistency` as they arrive.
+    """The open log (None: none is open) with steps, snapshot, `quality`, covariances and `consistency` as they
+    arrive.
 
     `processed` counts the scans done. `map_view` and `scan_view` give the same object as long as it looks the same.
     """
@@ -29,6 +31,7 @@ class Findings:
         self.processed = 0
         self.snapshot: Snapshot | None = None
         self.covariances: Mapping[int, Float[np.ndarray, "d d"]] = {}
+        self.quality: Quality | None = None
         self.consistency: ScanConsistency | None = None
         self._map_view: MapView | None = None
         self._scan_view: tuple[tuple[object, ...], ScanView] | None = None
@@ -40,10 +43,10 @@ class Findings:
             self.processed = max(self.processed, step.scan + 1)
 
     def show(self, snapshot: Snapshot | None) -> None:
-        """From now on the map is this one; its covariances and its consistency are not known yet."""
+        """From now on the map is this one; how good it is, is not known yet."""
         if snapshot is not self.snapshot:
             self.snapshot, self.covariances, self._map_view = snapshot, {}, None
-            self.consistency = None
+            self.quality = self.consistency = None
 
     def forget(self) -> None:
         """Nothing is known but the log: it will be processed from its beginning."""
@@ -57,10 +60,10 @@ class Findings:
         self.know(result)
 
     def know(self, result: Result) -> None:
-        """What is known by now of the result shown: covariances and consistency."""
+        """What is known by now of the result shown: quality, covariances and consistency."""
         self.consistency = result.consistency
-        if result.covariances is not self.covariances:
-            self.covariances, self._map_view = result.covariances, None
+        if result.covariances is not self.covariances or result.quality is not self.quality:
+            self.covariances, self.quality, self._map_view = result.covariances, result.quality, None
 
     def pose(self, index: int) -> Float[np.ndarray, "3"]:
         """Where scan `index` was taken, by the best that is known: the estimate, else odometry from its end."""
@@ -77,7 +80,7 @@ class Findings:
     @property
     def map_view(self) -> MapView | None:
         if self._map_view is None and self.log is not None:
-            self._map_view = view_map(self.log, self.snapshot, self.covariances)
+            self._map_view = view_map(self.log, self.snapshot, self.covariances, self.quality)
         return self._map_view
 
     def scan_view(self, index: int) -> ScanView | None:

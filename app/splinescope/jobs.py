@@ -1,4 +1,4 @@
-"""What the estimator's process does for the page: process a log, solve a map, find and test covariances."""
+"""What the estimator's process does for the page: process a log, solve a map, measure how good it is."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ from splinescope.messages import (
     Finished,
     Message,
     ProcessLog,
+    QualityFound,
     Request,
     SolveMap,
     StepsDone,
     Stopped,
     for_looking_at,
 )
+from splinescope.quality import quality_of
 from splinescope.reporter import Reporter
 from splinescope.solution import Solution, solution_of
 
@@ -152,7 +154,9 @@ def optimise(
 def judge(
     log: ScanLog, snapshot: Snapshot, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling
 ) -> None:
-    """Covariances as soon as they are known, then the slower tests of consistency."""
+    """Residuals, covariances as soon as they are known, then the slower tests of consistency."""
+    reporter.stage("Measuring residuals")
+    send(QualityFound(reporter.job, quality_of(log, snapshot, config)))
     reporter.stage("Computing covariances")
     found = covariances(snapshot, config.back_end, cancelled)
     send(CovariancesFound(reporter.job, found.splines))

@@ -14,12 +14,15 @@ from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Snapshot
 from bspline_slam.spline_map import MapSpline, SplineMap
+from splinescope.quality import Quality
 from splinescope.view import MapView
 
 Poses = Float[np.ndarray, "m 3"]
 
 
-def view_map(log: ScanLog, snapshot: Snapshot | None, covariances: Mapping[int, np.ndarray]) -> MapView:
+def view_map(
+    log: ScanLog, snapshot: Snapshot | None, covariances: Mapping[int, np.ndarray], quality: Quality | None = None
+) -> MapView:
     """What is known of the world: before the first snapshot that is the odometry alone."""
     estimate = snapshot.poses if snapshot is not None else np.zeros((0, 3))
     start = estimate[0] if len(estimate) else se2.IDENTITY
@@ -32,6 +35,7 @@ def view_map(log: ScanLog, snapshot: Snapshot | None, covariances: Mapping[int, 
         estimate=estimate,
         odometry=aligned(log.odometry, start),
         truth=aligned(log.truth, start),
+        stretches=quality.stretches if quality is not None else None,
     )
 
 

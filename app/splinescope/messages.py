@@ -11,6 +11,7 @@ from jaxtyping import Float
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
+from splinescope.quality import Quality
 from splinescope.solution import Solution
 
 
@@ -35,8 +36,8 @@ class SolveMap:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FindCovariances:
-    """Marginal covariances of a solved map, `kept` as it was sent, made as the configuration says, and how consistent
-    it is."""
+    """How good a map is, `kept` as it was sent, made as the configuration says: its residuals, and of a solved one the
+    marginal covariances and how consistent it is."""
 
     job: int
     path: Path
@@ -93,6 +94,13 @@ class Finished(Message):
     snapshot: Snapshot | None = None
     solution: Solution | None = None
     kept: bytes | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class QualityFound(Message):
+    """What beams leave over of a map, and what it tells of laser and wheels."""
+
+    quality: Quality
 
 
 @dataclass(frozen=True, eq=False, slots=True)

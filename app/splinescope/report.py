@@ -13,23 +13,28 @@ from typing import Any
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.calibration import odometry_bias
 from bspline_slam.config import config_to_dict
+from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.twin import TwinLaser
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam import SlamConfig, SlamResult, Snapshot
 
 PACKAGES = ("splinescope", "numpy", "scipy", "numba", "gtsam", "kiss-icp", "rosbags")
 
 
-def report(log: ScanLog, config: SlamConfig, snapshot: Snapshot, seconds: dict[str, float]) -> dict[str, Any]:
-    """Configuration, counts, fit, wall times by stage (s) and memory (MB) of one run over `log`."""
+def report(log: ScanLog, config: SlamConfig, result: SlamResult, seconds: dict[str, float]) -> dict[str, Any]:
+    """Configuration, counts, lost scans, fit, calibration, wall times by stage (s) and memory (MB) of one run over
+    `log`."""
+    snapshot = result.snapshot
     return {
         "format": "splinescope-report",
         "version": 1,
         "log": _log(log),
         "laser": TwinLaser.from_scan(log[0]).to_dict(),
         "counts": _counts(snapshot),
+        "lost_scans": list(result.lost),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
         "odometry": _odometry(log, snapshot),
+        "range_noise": _range_noise(snapshot, config),
         "seconds": {stage: round(time, 3) for stage, time in seconds.items()},
         "seconds_total": round(sum(seconds.values()), 3),
         "peak_memory_mb": round(peak_memory_mb(), 1),
@@ -62,6 +67,15 @@ def _odometry(log: ScanLog, snapshot: Snapshot) -> dict[str, Any] | None:
     """The calibration of odometry that the estimate implies; None where it tells none."""
     bias = odometry_bias(log.records, snapshot.poses)
     return None if bias is None else {name: round(value, 4) for name, value in asdict(bias).items()}
+
+
+def _range_noise(snapshot: Snapshot, config: SlamConfig) -> dict[str, float | None]:
+    """Standard deviation of ranges (m) as assumed and as the residuals tell it; null where they are too few."""
+    estimated = BeamResiduals.from_snapshot(snapshot, config.fitting).range_noise
+    return {
+        "assumed": config.fitting.range_noise,
+        "estimated": None if estimated is None else round(estimated, 5),
+    }
 
 
 def _counts(snapshot: Snapshot) -> dict[str, Any]:

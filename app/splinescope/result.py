@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.slam import SlamStep, Snapshot
+from splinescope.quality import Quality
 from splinescope.recipe import Recipe
 from splinescope.solution import Solution
 
@@ -20,7 +21,8 @@ class Result:
 
     `origin` is the run over the log whose decisions were solved again, None for such a run itself.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
-    estimator; covariances of splines by id and the tests of consistency are there once the result is `measured`.
+    estimator; its quality, covariances of splines by id and the tests of consistency are there once the result is
+    `measured`.
     """
 
     number: int
@@ -30,6 +32,7 @@ class Result:
     processed: int
     kept: bytes
     solution: Solution | None = None
+    quality: Quality | None = None
     origin: Result | None = None
     stopped_after: int | None = None
     covariances: Mapping[int, Float[np.ndarray, "d d"]] = field(default_factory=dict)

@@ -17,7 +17,8 @@ from bspline_slam.export.map_svg import map_to_svg
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, check_names, marginals, run_slam
+from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names, marginals, run_slam
+from splinescope.lost_scans import lost_in_words
 from splinescope.report import report
 
 Progress = Callable[[str, float], None]
@@ -57,7 +58,7 @@ def run_and_write(
         covariances = marginals(result.snapshot, splines=[spline.id for spline in result.snapshot.map]).splines
     if cancelled():
         raise Cancelled("cancelled before anything was written")
-    return write_results(out, log, config, result.snapshot, covariances, seconds)
+    return write_results(out, log, config, result, covariances, seconds)
 
 
 def in_words(progress: Progress) -> StageProgress:
@@ -74,16 +75,17 @@ def write_results(
     out: Path,
     log: ScanLog,
     config: SlamConfig,
-    snapshot: Snapshot,
+    result: SlamResult,
     covariances: Covariances,
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """The four files of a finished run; returns the report."""
+    snapshot = result.snapshot
     out.mkdir(parents=True, exist_ok=True)
     Trajectory.from_scan_poses(log.records, snapshot.poses).to_tum(out / "trajectory.tum")
     map_to_json(snapshot.map, covariances, out / "map.json")
     map_to_svg(snapshot.map, out / "map.svg", trajectory=snapshot.poses, title=f"Map of {log.name}")
-    summary = report(log, config, snapshot, seconds)
+    summary = report(log, config, result, seconds)
     (out / "report.json").write_text(json.dumps(summary, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     return summary
 
@@ -113,9 +115,11 @@ def summary_text(summary: dict[str, Any], out: Path) -> str:
     """What a person wants to know at the end of a run."""
     counts = summary["counts"]
     fit = f", χ²/dof {summary['chi2_per_dof']:.2f}" if summary.get("chi2_per_dof") else ""
+    lost = lost_in_words(summary["lost_scans"], summary["log"]["odometry"]) + "\n" if summary["lost_scans"] else ""
     return (
         f"{counts['scans']} scans, {counts['key_scans']} of them in the map: {counts['splines']} splines, "
         f"{counts['control_points']} control points, {counts['loop_closures']['accepted']} loop closures{fit}; "
         f"{summary['seconds_total']:.1f} s, {summary['peak_memory_mb']:.0f} MB\n"
+        f"{lost}"
         f"{out}/ trajectory.tum  map.json  map.svg  report.json"
     )

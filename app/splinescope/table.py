@@ -33,6 +33,16 @@ def pairs(rows: Iterable[tuple[str, str]]) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
+def explained(rows: Iterable[tuple[str, str, str]]) -> str:
+    """Names and their values, each with a sentence below; a name may be missing, with its value."""
+    lines = (
+        (f'<tr class="open"><td>{escape(name)}</td><td class="n">{escape(value)}</td></tr>' if name else "")
+        + f'<tr><td class="dim" colspan="2">{escape(sentence)}</td></tr>'
+        for name, value, sentence in rows
+    )
+    return f"<table>{''.join(lines)}</table>"
+
+
 def table(
     headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Iterable[int] = (), marked: Iterable[int] = ()
 ) -> str:

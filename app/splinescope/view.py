@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from bspline_slam.association import Association
 from bspline_slam.bspline import BSpline
+from bspline_slam.lab.stretches import Stretches
 from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import ScanSegment
@@ -66,7 +67,7 @@ class MapView:
     """The map and the paths; a new object whenever anything in it changed, the same object otherwise.
 
     Paths are (m, 3) poses in the world frame, None where the log has none; odometry and truth come already aligned
-    to the start of the estimate.
+    to the start of the estimate. `stretches` tell the residuals along the curves once they are measured.
     """
 
     map: SplineMap
@@ -77,6 +78,7 @@ class MapView:
     estimate: Float[np.ndarray, "m 3"]
     odometry: Float[np.ndarray, "m 3"] | None
     truth: Float[np.ndarray, "m 3"] | None
+    stretches: Stretches | None = None
 
 
 @dataclass(frozen=True, slots=True)

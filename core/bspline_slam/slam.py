@@ -112,10 +112,11 @@ class Snapshot:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SlamResult:
-    """A finished run: the estimate, and wall seconds by stage."""
+    """A finished run: the estimate, wall seconds by stage, and the scans (by index) that were lost on the way."""
 
     snapshot: Snapshot
     seconds: dict[str, float]
+    lost: tuple[int, ...] = ()
 
 
 StageProgress = Callable[[str, float, IterationRecord | None], None]
@@ -343,14 +344,17 @@ def run_slam(
     config = config or SlamConfig()
     slam = Slam(log, config, cancelled)
     seconds: dict[str, float] = {}
+    lost: list[int] = []
     started = perf_counter()
     for step in slam.steps():
+        if step.lost:
+            lost.append(step.scan)
         progress("scans", (step.scan + 1) / len(log), None)
     seconds["scans"] = perf_counter() - started
     started = perf_counter()
     snapshot = slam.finish(progress, cancelled)
     seconds["adjustment"] = perf_counter() - started
-    return SlamResult(snapshot, seconds)
+    return SlamResult(snapshot, seconds, tuple(lost))
 
 
 def adjust(

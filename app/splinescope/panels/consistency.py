@@ -63,9 +63,10 @@ class ConsistencyPanel:
     """NEES where the log has a truth, and NIS always."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
-        self._text = gui.add_html("")
-        self._nees = TestView(gui, post, "Error against the truth (NEES)", "NEES", NEES)
-        self._nis = TestView(gui, post, "Surprise of each scan (NIS)", "NIS", NIS)
+        with gui.add_folder("Consistency", expand_by_default=False):
+            self._text = gui.add_html("")
+            self._nees = TestView(gui, post, "Error against the truth (NEES)", "NEES", NEES)
+            self._nis = TestView(gui, post, "Surprise of each scan (NIS)", "NIS", NIS)
 
     def refresh(self, session: Session) -> None:
         tests = session.findings.consistency

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import viser
 
+from splinescope.panels.calibration import CalibrationPanel
 from splinescope.panels.compare import ComparePanel
 from splinescope.panels.consistency import ConsistencyPanel
+from splinescope.panels.crispness import CrispnessPanel
 from splinescope.panels.decisions import DecisionsPanel
 from splinescope.panels.estimate import EstimatePanel
 from splinescope.panels.inspector import InspectorPanel
 from splinescope.panels.layers import LayersPanel
 from splinescope.panels.log import LogPanel
+from splinescope.panels.lost import LostPanel
 from splinescope.panels.observation import ObservationPanel
 from splinescope.panels.panel import Panel, Post
 from splinescope.panels.picture import PicturePanel
@@ -41,8 +44,9 @@ class SideBar:
             self._panels.append(EstimatePanel(gui, post))
         with tabs.add_tab("Compare"):
             self._panels.append(ComparePanel(gui, post))
-        with tabs.add_tab("Consistency"):
-            self._panels.append(ConsistencyPanel(gui, post))
+        with tabs.add_tab("Quality"):
+            for panel in (CrispnessPanel, LostPanel, CalibrationPanel, ConsistencyPanel):
+                self._panels.append(panel(gui, post))
         with tabs.add_tab("Log"):
             self._panels.append(LogPanel(gui, post))
         self._panels.append(ObservationPanel(gui, post))

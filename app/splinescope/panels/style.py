@@ -10,6 +10,7 @@ TEXTS = """
 .ss th{font-weight:600;text-align:left;padding:2px 4px;border-bottom:1px solid #8886;vertical-align:bottom}
 .ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}
 .ss td.n,.ss th.n{text-align:right}
+.ss tr.open td{border:0;padding-bottom:0}
 .ss tr.on td{background:#0072b244}
 .ss .two th:nth-child(2){border-bottom:2px solid #56b4e9}
 .ss .two th:nth-child(3){border-bottom:2px dashed #e69f00}

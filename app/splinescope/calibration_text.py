@@ -1,0 +1,105 @@
+"""What the calibration of wheels and laser means, figure by figure, in plain sentences."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bspline_slam.calibration import OdometryBias
+from splinescope.quality import LaserNoise
+
+SAME = 0.005
+"""Scales that differ from 1 by less are as good as 1."""
+FAIR, FAIR_SPREAD = (0.8, 1.25), (0.9, 1.1)
+"""χ²/dof, and a spread of residuals, between which the noise assumed is about right."""
+
+
+class Finding(NamedTuple):
+    """A figure: its name, its value with the unit, and what it means."""
+
+    name: str
+    value: str
+    sentence: str
+
+
+def laser_findings(noise: LaserNoise, chi2_per_dof: float | None) -> list[Finding]:
+    """Range noise and the fit of the whole."""
+    return [_range_noise(noise), *([_spread(noise.scale)] if noise.scale is not None else []), _fit(chi2_per_dof)]
+
+
+def odometry_findings(bias: OdometryBias | None, has_odometry: bool) -> list[Finding]:
+    """The bias of odometry and its lag; one sentence where there is nothing to tell."""
+    if not has_odometry:
+        return [Finding("", "", "This log has no odometry.")]
+    if bias is None:
+        return [Finding("", "", "The robot moved too little to tell how odometry errs.")]
+    return [
+        Finding("distance scale", f"{bias.distance_scale:.3f}", _scale(bias.distance_scale, "metre", "driven")),
+        Finding("turn scale", f"{bias.turn_scale:.3f}", _scale(bias.turn_scale, "degree", "turned")),
+        _drift(bias.turn_per_metre),
+        _lever(bias.lever),
+        _lag(bias.lag),
+    ]
+
+
+def _range_noise(noise: LaserNoise) -> Finding:
+    if noise.estimated is None:
+        value, sentence = f"{_mm(noise.assumed)} assumed", "Too few beams meet a curve steeply to estimate it."
+    else:
+        value = f"{_mm(noise.estimated)} (assumed {_mm(noise.assumed)})"
+        sentence = "Standard deviation of one range, from the beams that meet their curve head-on, outliers aside."
+    return Finding("range noise", value, sentence)
+
+
+def _spread(scale: float) -> Finding:
+    how = "as" if FAIR_SPREAD[0] <= scale <= FAIR_SPREAD[1] else "less than" if scale < 1.0 else "more than"
+    sentence = f"Beams at all angles scatter {how} the noise assumed lets expect (1 σ)."
+    return Finding("spread of residuals", f"{scale:.2f} σ", sentence)
+
+
+def _fit(chi2_per_dof: float | None) -> Finding:
+    if chi2_per_dof is None:
+        return Finding("χ²/dof", "–", "It comes with the first solved map.")
+    if chi2_per_dof < FAIR[0]:
+        meaning = "The measurements agree better than the noise assumed: covariances are on the careful side."
+    elif chi2_per_dof > FAIR[1]:
+        meaning = "The measurements agree worse than the noise assumed: covariances claim too much."
+    else:
+        meaning = "The measurements agree about as well as the noise assumed."
+    return Finding("χ²/dof", f"{chi2_per_dof:.2f}", meaning)
+
+
+def _scale(scale: float, unit: str, done: str) -> str:
+    if abs(scale - 1.0) < SAME:
+        return f"A {unit} of odometry is a {unit} {done}."
+    if scale < 0.0:
+        return f"Odometry counts with the wrong sign: a {unit} of it is {scale:.3f} {unit}s {done}."
+    return f"Odometry counts {abs(1.0 / scale - 1.0):.1%} too {'much' if scale < 1.0 else 'little'} of what was {done}."
+
+
+def _drift(turn_per_metre: float) -> Finding:
+    degrees = float(np.degrees(turn_per_metre))
+    side = "left" if degrees > 0.0 else "right"
+    return Finding(
+        "turn per metre",
+        f"{degrees:.2f}°",
+        f"Where odometry says straight on, the robot turned {abs(degrees):.2f}° to the {side} each metre.",
+    )
+
+
+def _lever(lever: float) -> Finding:
+    where = "ahead of" if lever >= 0.0 else "behind"
+    sentence = f"The robot's frame lies {_mm(abs(lever))} {where} the point that the wheels turn it about."
+    return Finding("lever", _mm(lever), sentence)
+
+
+def _lag(lag: float) -> Finding:
+    if lag == 0.0:
+        return Finding("lag", "none", "Odometry is in step with the laser, or nothing tells otherwise.")
+    where = "behind" if lag > 0.0 else "ahead of"
+    return Finding("lag", f"{lag:.2f} records", f"Odometry is {where} the scan it is recorded with.")
+
+
+def _mm(metres: float) -> str:
+    return f"{1000 * metres:.1f} mm"

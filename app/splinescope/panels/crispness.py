@@ -1,0 +1,67 @@
+"""Crispness: how near beams end to the curves that they saw, over the whole map and along each curve."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from splinescope import table
+from splinescope.activity import Work
+from splinescope.palette import theme
+from splinescope.panels.panel import Post
+from splinescope.quality import Quality
+from splinescope.residual_picture import residual_picture
+from splinescope.session import Session
+
+TITLE = "Crispness"
+MEANING = (
+    "A crisp map has its beams close to its curves. Half a centimetre to a centimetre is the laser's own noise; more "
+    "tells of people, of clutter, or of a wall drawn at two places."
+)
+
+
+class CrispnessPanel:
+    """Two figures and their histogram."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._drawn: tuple[Quality | None, bool, str] | None = None
+        self._folder = gui.add_folder(TITLE)
+        with self._folder:
+            self._text = gui.add_html("")
+
+    def refresh(self, session: Session) -> None:
+        quality, dark = session.findings.quality, session.preferences.dark
+        state = (quality, dark, absence(session))
+        if self._drawn == state:
+            return
+        self._drawn = state
+        self._folder.label = TITLE if quality is None else f"{TITLE}: {millimetres(quality.rms)}"
+        self._text.content = table.block(*crispness(quality, dark) if quality else [table.paragraph(absence(session))])
+
+
+def absence(session: Session) -> str:
+    """Why nothing is measured yet."""
+    activity = session.activity
+    if session.log is None:
+        return "No log is open."
+    if activity is not None and activity.work is Work.COVARIANCES:
+        return "The map is being measured."
+    if activity is not None:
+        return "The map is measured when processing or optimising has ended."
+    return "The map has not been measured. Optimise it under Estimate, or show its result again under Compare."
+
+
+def crispness(quality: Quality, dark: bool) -> list[str]:
+    """The figures and the histogram as HTML parts."""
+    if not quality.beams:
+        return [table.paragraph("No beam of a key scan lies on a curve of this map.")]
+    rows = [
+        ("RMS of beam ends within 5 cm of their curve", millimetres(quality.rms)),
+        ("points on segments within 3 cm of it", f"{quality.close:.1%}"),
+        ("points on segments", f"{quality.points:,}"),
+    ]
+    return [table.pairs(rows), residual_picture(quality.histogram, theme(dark)), table.paragraph(MEANING, "dim")]
+
+
+def millimetres(metres: float) -> str:
+    return f"{1000 * metres:.1f} mm" if np.isfinite(metres) else "–"

@@ -1,0 +1,48 @@
+"""How far beams end from their curves, as a histogram."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from bspline_slam.lab.residuals import CLOSE
+from splinescope import drawing
+from splinescope.drawing import WIDTH, Axes
+from splinescope.palette import BLUE, GREY, Theme
+from splinescope.quality import EDGES
+
+HEIGHT = 112.0
+SIDE, TOP, BOTTOM = 12.0, 6.0, 84.0
+TICKS = (-0.05, -CLOSE, 0.0, CLOSE, 0.05)
+
+
+def residual_picture(histogram: Int[np.ndarray, "bins"], theme: Theme) -> str:
+    """Bars over the distance from the curve, those within CLOSE strong, the others pale."""
+    axes = Axes((EDGES[0], 0.0), (EDGES[-1], max(float(histogram.max()), 1.0)), (SIDE, TOP, WIDTH - SIDE, BOTTOM))
+    middle = 0.5 * (EDGES[:-1] + EDGES[1:])
+    near = np.abs(middle) < CLOSE
+    parts = [
+        *(_bar(axes, number, count, theme, bool(near[number])) for number, count in enumerate(histogram) if count),
+        drawing.path(axes.at(np.array([[EDGES[0], 0.0], [EDGES[-1], 0.0]])), theme.legible(GREY), 1.0),
+        *(_tick(axes, at) for at in TICKS),
+        drawing.words("behind its curve", SIDE, HEIGHT - 3.0, dim=True),
+        drawing.words("mm", WIDTH / 2, HEIGHT - 3.0, anchor="middle", dim=True),
+        drawing.words("in front of it", WIDTH - SIDE, HEIGHT - 3.0, anchor="end", dim=True),
+    ]
+    label = f"Histogram of the distances of {histogram.sum():,} beam ends to their curves"
+    return drawing.picture(parts, HEIGHT, label)
+
+
+def _bar(axes: Axes, number: int, count: int, theme: Theme, near: bool) -> str:
+    left, right = EDGES[number], EDGES[number + 1]
+    corners = np.array([[left, 0.0], [left, count], [right, count], [right, 0.0]])
+    return drawing.area(axes.at(corners) + _GAP, theme.legible(BLUE), 0.95 if near else 0.45)
+
+
+_GAP: Float[np.ndarray, "4 2"] = np.array([[0.5, 0.0], [0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]])
+
+
+def _tick(axes: Axes, at: float) -> str:
+    x, y = axes.at(np.array([[at, 0.0]]))[0]
+    anchor = "start" if at == TICKS[0] else "end" if at == TICKS[-1] else "middle"
+    return drawing.words(f"{1000 * at:+.0f}" if at else "0", x, y + 13.0, anchor=anchor, dim=True)
