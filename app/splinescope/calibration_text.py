@@ -13,6 +13,8 @@ SAME = 0.005
 """Scales that differ from 1 by less are as good as 1."""
 FAIR, FAIR_SPREAD = (0.8, 1.25), (0.9, 1.1)
 """χ²/dof, and a spread of residuals, between which the noise assumed is about right."""
+LEAST_DRIFT, LEAST_LEVER = 0.005, 5e-5
+"""A turn per metre (°) and a lever (m) below these are none."""
 
 
 class Finding(NamedTuple):
@@ -25,7 +27,7 @@ class Finding(NamedTuple):
 
 def laser_findings(noise: LaserNoise, chi2_per_dof: float | None) -> list[Finding]:
     """Range noise and the fit of the whole."""
-    return [_range_noise(noise), *([_spread(noise.scale)] if noise.scale is not None else []), _fit(chi2_per_dof)]
+    return [_range_noise(noise), *([_spread(noise.spread)] if noise.spread is not None else []), _fit(chi2_per_dof)]
 
 
 def odometry_findings(bias: OdometryBias | None, has_odometry: bool) -> list[Finding]:
@@ -52,10 +54,10 @@ def _range_noise(noise: LaserNoise) -> Finding:
     return Finding("range noise", value, sentence)
 
 
-def _spread(scale: float) -> Finding:
-    how = "as" if FAIR_SPREAD[0] <= scale <= FAIR_SPREAD[1] else "less than" if scale < 1.0 else "more than"
+def _spread(spread: float) -> Finding:
+    how = "as" if FAIR_SPREAD[0] <= spread <= FAIR_SPREAD[1] else "less than" if spread < 1.0 else "more than"
     sentence = f"Beams at all angles scatter {how} the noise assumed lets expect (1 σ)."
-    return Finding("spread of residuals", f"{scale:.2f} σ", sentence)
+    return Finding("spread of residuals", f"{spread:.2f} σ", sentence)
 
 
 def _fit(chi2_per_dof: float | None) -> Finding:
@@ -73,6 +75,8 @@ def _fit(chi2_per_dof: float | None) -> Finding:
 def _scale(scale: float, unit: str, done: str) -> str:
     if abs(scale - 1.0) < SAME:
         return f"A {unit} of odometry is a {unit} {done}."
+    if scale == 0.0:
+        return f"Odometry says nothing of what was {done}."
     if scale < 0.0:
         return f"Odometry counts with the wrong sign: a {unit} of it is {scale:.3f} {unit}s {done}."
     return f"Odometry counts {abs(1.0 / scale - 1.0):.1%} too {'much' if scale < 1.0 else 'little'} of what was {done}."
@@ -80,6 +84,8 @@ def _scale(scale: float, unit: str, done: str) -> str:
 
 def _drift(turn_per_metre: float) -> Finding:
     degrees = float(np.degrees(turn_per_metre))
+    if abs(degrees) < LEAST_DRIFT:
+        return Finding("turn per metre", "none", "Where odometry says straight on, the robot went straight on.")
     side = "left" if degrees > 0.0 else "right"
     return Finding(
         "turn per metre",
@@ -89,6 +95,8 @@ def _drift(turn_per_metre: float) -> Finding:
 
 
 def _lever(lever: float) -> Finding:
+    if abs(lever) < LEAST_LEVER:
+        return Finding("lever", "none", "The robot's frame lies where the wheels turn it about.")
     where = "ahead of" if lever >= 0.0 else "behind"
     sentence = f"The robot's frame lies {_mm(abs(lever))} {where} the point that the wheels turn it about."
     return Finding("lever", _mm(lever), sentence)

@@ -8,40 +8,37 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam.calibration import OdometryBias, odometry_bias
-from bspline_slam.lab.residuals import REACH, BeamResiduals
+from bspline_slam.lab.crispness import CRISP, Crispness
+from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
 
 BINS = 40
-EDGES: Float[np.ndarray, "edges"] = np.linspace(-REACH, REACH, BINS + 1)
+EDGES: Float[np.ndarray, "edges"] = np.linspace(-CRISP, CRISP, BINS + 1)
 """Edges of the histogram of residuals (m)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaserNoise:
     """Standard deviation of ranges (m) as the configuration assumes it and as the residuals tell it (None where they
-    are too few), and the spread of all residuals in standard deviations expected."""
+    are too few), and the spread of all residuals over that expected."""
 
     assumed: float
     estimated: float | None
-    scale: float | None
+    spread: float | None
 
     @classmethod
     def of(cls, residuals: BeamResiduals, config: SlamConfig) -> LaserNoise:
-        return cls(config.fitting.range_noise, residuals.range_noise, residuals.scale)
+        return cls(config.fitting.range_noise, residuals.range_noise, residuals.spread)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Quality:
-    """Of `points` beam ends on segments of key scans `beams` end within 5 cm of their curve, with this root mean square
-    (m), and a share of `close` within 3 cm. `histogram` counts the residuals between EDGES. `odometry` and
-    `chi2_per_dof` are None where nothing tells them."""
+    """How near beams end to the map; `histogram` counts the residuals between EDGES, `stretches` tell them along the
+    curves. `odometry` and `chi2_per_dof` are None where nothing tells them."""
 
-    points: int
-    beams: int
-    rms: float
-    close: float
+    crispness: Crispness
     histogram: Int[np.ndarray, "bins"]
     stretches: Stretches
     laser: LaserNoise
@@ -53,10 +50,7 @@ def quality_of(log: ScanLog, snapshot: Snapshot, config: SlamConfig) -> Quality:
     """Measured at the map of a snapshot, solved or not."""
     residuals, estimate = BeamResiduals.from_snapshot(snapshot, config.fitting), snapshot.estimate
     return Quality(
-        points=residuals.points,
-        beams=len(residuals.across),
-        rms=residuals.rms,
-        close=residuals.share_close,
+        crispness=residuals.crispness,
         histogram=np.histogram(residuals.across, EDGES)[0],
         stretches=Stretches.of(snapshot.map, residuals),
         laser=LaserNoise.of(residuals, config),

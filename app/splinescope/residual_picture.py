@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.lab.residuals import CLOSE
+from bspline_slam.lab.crispness import CLOSE
 from splinescope import drawing
 from splinescope.drawing import WIDTH, Axes
 from splinescope.palette import BLUE, GREY, Theme

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bspline_slam import se2
+from bspline_slam.adjustment import KeyObservations
 from bspline_slam.association import Association, Candidate, Verdict
 from bspline_slam.backends.protocol import Estimate, IterationRecord, Marginals
 from bspline_slam.errors import Cancelled
@@ -67,7 +68,9 @@ class Slam:
     def snapshot(self) -> Snapshot:
         key_scans = np.array([step.scan for step in self._steps], dtype=int)
         poses = np.array(self._poses).reshape(-1, 3)
-        return Snapshot(poses, key_scans, tuple(self._steps), SplineMap(tuple(self._splines)), ())
+        seen = tuple(KeyObservations(s.scan, s.segments, s.associations, 181, np.zeros(2)) for s in self._steps)
+        splines = SplineMap(tuple(self._splines))
+        return Snapshot(poses, key_scans, tuple(self._steps), splines, (), observations=seen)
 
     def finish(self, progress: PROGRESS, cancelled: Callable[[], bool]) -> Snapshot:
         return adjust(self._log, self.snapshot(), self._config, "direct", progress, cancelled)

@@ -93,6 +93,8 @@ def test_run_writes_everything_and_the_report_is_a_configuration(
     report = json.loads((results / "report.json").read_text())
     assert report["counts"]["splines"] >= 1
     assert report["chi2"] > 0
+    assert report["lost_scans"] == []
+    assert report["range_noise"]["estimated"] == pytest.approx(0.012, rel=0.3)
     assert main(["run", str(simulated), "--out", str(tmp_path / "o"), "--config", str(results / "report.json")]) == 0
     again = json.loads((tmp_path / "o" / "report.json").read_text())
     assert again["configuration"] == report["configuration"]

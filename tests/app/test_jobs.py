@@ -30,6 +30,7 @@ from splinescope.messages import (
     Message,
     ProcessLog,
     Progress,
+    QualityFound,
     SolveMap,
     StepsDone,
     Stopped,
@@ -109,7 +110,8 @@ def covariances_of(kept: bytes | None) -> FindCovariances:
 
 def test_a_solved_map_is_tested_once_its_covariances_are_known(log: MemoryLog) -> None:
     done = processed(log)
-    found, tested, end = [m for m in messages_of(covariances_of(done.kept)) if not isinstance(m, Progress)]
+    measured, found, tested, end = [m for m in messages_of(covariances_of(done.kept)) if not isinstance(m, Progress)]
+    assert isinstance(measured, QualityFound)
     assert isinstance(found, CovariancesFound)
     assert isinstance(tested, ConsistencyFound)
     assert isinstance(end, Finished)

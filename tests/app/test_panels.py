@@ -10,10 +10,22 @@ import pytest
 
 from app.inline import InlineEstimator, deliver, session_with, stand_in
 from app.logs import MemoryLog, corridor_log
+from bspline_slam.lab.crispness import Crispness
 from splinescope import commands as ask
 from splinescope.activity import Activity, Work, duration
 from splinescope.page import Page
-from splinescope.panels import consistency, estimate, layers, log, observation, status, timeline
+from splinescope.panels import (
+    calibration,
+    consistency,
+    crispness,
+    estimate,
+    layers,
+    log,
+    lost,
+    observation,
+    status,
+    timeline,
+)
 from splinescope.panels.help import HelpSheet
 from splinescope.panels.side_bar import SideBar
 from splinescope.preferences import Preferences
@@ -120,6 +132,32 @@ def test_consistency_says_what_there_is_and_what_not(finished: Session, empty: S
     assert finished.estimation is not None
     finished.estimation.activity = Activity(Work.PROCESSING, 9, "Matching scans")
     assert "when processing or optimising has ended" in "".join(consistency.introduction(finished))
+
+
+def test_every_figure_of_a_map_is_shown_or_its_absence_explained(finished: Session, empty: Session) -> None:
+    assert crispness.absence(empty) == lost.said(empty, []) == "No log is open."
+    assert calibration.UNMEASURED in "".join(calibration.calibration(empty))
+    assert lost.said(finished, lost.lost_scans(finished)).startswith("No scan was lost")
+    finished.findings.steps[3] = replace(finished.findings.steps[3], lost=True)
+    assert "1 scan was lost" in lost.said(finished, lost.lost_scans(finished))
+    quality = finished.findings.quality
+    assert quality is not None
+    assert quality.crispness.beams > 300
+    unseen = replace(quality, crispness=Crispness.of(np.zeros(0)))
+    assert "No beam" in "".join(crispness.crispness(unseen, dark=True))
+    seen = replace(quality, crispness=Crispness(1000, 0.0091, 0.95, 0.923))
+    shown = "".join(crispness.crispness(seen, dark=True))
+    assert "9.1 mm" in shown and "92.3%" in shown
+    assert "range noise" in "".join(calibration.calibration(finished))
+
+
+def test_the_quality_of_each_result_is_kept(finished: Session) -> None:
+    first = finished.result
+    assert first is not None and first.quality is finished.findings.quality
+    finished.findings.forget()
+    assert finished.findings.quality is None
+    finished.findings.take(first)
+    assert finished.findings.quality is first.quality
 
 
 def test_observations_are_offered_one_after_another(finished: Session) -> None:

@@ -65,7 +65,8 @@ def test_consistency_is_drawn_and_leads_to_its_worst_scan(viewer: Viewer, open_w
     assert tests.nees is not None
     viewer.post(ask.Select(None))
     window = open_window(viewer.url)
-    window.page.get_by_role("tab", name="Consistency", exact=True).click()
+    window.page.get_by_role("tab", name="Quality", exact=True).click()
+    window.page.get_by_text("Consistency", exact=True).click()
     plot = window.page.get_by_role("img", name="NEES of key scans against the 95 % band")
     expect(plot).to_be_visible()
     assert plot.locator("circle").count() > 10

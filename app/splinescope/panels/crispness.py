@@ -35,7 +35,7 @@ class CrispnessPanel:
         if self._drawn == state:
             return
         self._drawn = state
-        self._folder.label = TITLE if quality is None else f"{TITLE}: {millimetres(quality.rms)}"
+        self._folder.label = TITLE if quality is None else f"{TITLE}: {millimetres(quality.crispness.rms)}"
         self._text.content = table.block(*crispness(quality, dark) if quality else [table.paragraph(absence(session))])
 
 
@@ -53,12 +53,13 @@ def absence(session: Session) -> str:
 
 def crispness(quality: Quality, dark: bool) -> list[str]:
     """The figures and the histogram as HTML parts."""
-    if not quality.beams:
-        return [table.paragraph("No beam of a key scan lies on a curve of this map.")]
+    found = quality.crispness
+    if not np.isfinite(found.rms):
+        return [table.paragraph("No beam of a key scan ends on a curve of this map.")]
     rows = [
-        ("RMS of beam ends within 5 cm of their curve", millimetres(quality.rms)),
-        ("points on segments within 3 cm of it", f"{quality.close:.1%}"),
-        ("points on segments", f"{quality.points:,}"),
+        ("beam ends on walls, in key scans", f"{found.beams:,}"),
+        ("of these within 3 cm of a curve", f"{found.within_3cm:.1%}"),
+        ("RMS distance of those within 5 cm", millimetres(found.rms)),
     ]
     return [table.pairs(rows), residual_picture(quality.histogram, theme(dark)), table.paragraph(MEANING, "dim")]
 

@@ -1,4 +1,4 @@
-"""What beams leave over: how far each one ends beside the curve that it was given to, and the noise that this tells."""
+"""What beams leave over: how far each ends from the curve nearest to it, and the noise that this tells."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import collect_sights, find_feet
+from bspline_slam.adjustment import Sights, find_feet
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.lab.crispness import CRISP, Crispness, nearest_curves
+from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.observation import across_sigma
 from bspline_slam.slam import Snapshot
+from bspline_slam.spline_map import SplineMap
 
-REACH = 0.05
-"""A beam that ends farther than this (m) from its curve did not see it."""
-CLOSE = 0.03
-"""Distance (m) within which a beam end lies on its curve."""
 STEEP = 0.95
 """Least cosine between a beam and the normal of its curve at which the noise of the bearing hardly shows."""
 LEAST_BEAMS = 200
@@ -27,11 +26,11 @@ MAD_TO_SIGMA = 1.4826
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BeamResiduals:
-    """The beams of key scans that end within REACH of the curve they were given to, sorted by spline.
+    """The beams that end beside a curve of the map, no farther than CRISP, sorted by spline.
 
     `spline` is a position in the map and `t` the parameter of the foot on it; `across` (m) is how far the beam ends in
     front of the curve (negative: behind it), `sigma` (m) the standard deviation expected of that, `cosine` that of the
-    angle between the beam and the curve's normal. `points` counts all beam ends on segments of key scans, whether a curve speaks for them or not.
+    angle between the beam and the curve's normal. `crispness` is of all beams on walls.
     """
 
     spline: Int[np.ndarray, "m"]
@@ -39,31 +38,28 @@ class BeamResiduals:
     across: Float[np.ndarray, "m"]
     sigma: Float[np.ndarray, "m"]
     cosine: Float[np.ndarray, "m"]
-    points: int
+    crispness: Crispness
 
     @classmethod
     def from_snapshot(cls, snapshot: Snapshot, fitting: FittingConfig) -> BeamResiduals:
-        """Those of a map, with the noise that `fitting` assumes."""
-        poses, sights = snapshot.poses[snapshot.key_scans], collect_sights(snapshot.observations, snapshot.map)
-        feet = find_feet(sights, snapshot.map, poses, REACH)
-        near = feet.counts
-        headings = poses[sights.pose[near]] * (0.0, 0.0, -1.0)
-        normals = se2.rotate(headings, feet.normals[near])
-        directions = sights.directions[near]
-        sigma = across_sigma(normals, directions, sights.ranges[near], fitting)
+        """Of all key scans against the map, with the noise that `fitting` assumes."""
+        beams = WallBeams.from_key_scans(snapshot.observations, snapshot.poses[snapshot.key_scans])
+        return cls.of(beams, snapshot.map, fitting)
+
+    @classmethod
+    def of(cls, beams: WallBeams, splines: SplineMap, fitting: FittingConfig) -> BeamResiduals:
+        """Of these beams against a map."""
+        distance, owner = nearest_curves(beams, splines)
+        near = np.flatnonzero(distance < CRISP)
+        order = near[np.argsort(owner[near], kind="stable")]
+        pose, directions, ranges = beams.pose[order], beams.directions[order], beams.ranges[order]
+        sights = Sights(owner[order], pose, np.zeros(len(order), np.int64), beams.points[order], directions, ranges)
+        feet = find_feet(sights, splines, beams.poses, CRISP)
+        normals = se2.rotate(beams.poses[pose] * (0.0, 0.0, -1.0), feet.normals)
+        sigma = across_sigma(normals, directions, ranges, fitting)
         cosine = np.abs((normals * directions).sum(1))
-        points = sum(len(segment.points) for key in snapshot.observations for segment in key.segments)
-        return cls(sights.spline[near], feet.t[near], feet.across[near], sigma, cosine, points)
-
-    @property
-    def rms(self) -> float:
-        """Root mean square distance (m); NaN without a beam."""
-        return float(np.sqrt(np.mean(self.across**2))) if len(self.across) else float("nan")
-
-    @property
-    def share_close(self) -> float:
-        """Share of all beam ends on segments that lie within CLOSE of their curve; NaN without any."""
-        return float(np.sum(np.abs(self.across) < CLOSE) / self.points) if self.points else float("nan")
+        met = feet.counts
+        return cls(sights.spline[met], feet.t[met], feet.across[met], sigma[met], cosine[met], Crispness.of(distance))
 
     @property
     def range_noise(self) -> float | None:
@@ -74,8 +70,8 @@ class BeamResiduals:
         return robust_sigma(self.across[steep] / self.cosine[steep])
 
     @property
-    def scale(self) -> float | None:
-        """Spread of all residuals in standard deviations expected: 1 where the noise assumed is right; None where there
+    def spread(self) -> float | None:
+        """Standard deviation of all residuals over that expected: 1 where the noise assumed is right; None where there
         are too few."""
         return None if len(self.across) < LEAST_BEAMS else robust_sigma(self.across / self.sigma)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
+from bspline_slam.adjustment import KeyObservations
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import SegmentationConfig, segment_scan
 from bspline_slam.tracking import TrackingConfig
@@ -51,6 +53,23 @@ class WallBeams:
                 ranges.append(scan.ranges[segment.beams])
         columns = (np.concatenate(each) for each in (pose, beam, points, directions, ranges))
         return cls(chosen, scan_poses[chosen], *columns)
+
+    @classmethod
+    def from_key_scans(cls, keys: Sequence[KeyObservations], poses: Float[np.ndarray, "n 3"]) -> WallBeams:
+        """Those of all segments of key scans, at these poses."""
+        pose, beam, points, rays = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros((0, 2))], [np.zeros((0, 2))]
+        for place, key in enumerate(keys):
+            for segment in key.segments:
+                pose.append(np.full(len(segment.beams), place))
+                beam.append(segment.beams)
+                points.append(segment.points)
+                rays.append(segment.points - key.sensor)
+        ray = np.concatenate(rays)
+        ranges = np.linalg.norm(ray, axis=1)
+        scans = np.array([key.scan for key in keys], dtype=np.int64)
+        ends = np.concatenate(points)
+        directions = ray / np.maximum(ranges, 1e-9)[:, None]
+        return cls(scans, poses, np.concatenate(pose), np.concatenate(beam), ends, directions, ranges)
 
     def __len__(self) -> int:
         return len(self.pose)
