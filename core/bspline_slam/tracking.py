@@ -34,8 +34,10 @@ class TrackingConfig:
 
     `local_scans` make the local map. A scan is searched for, not only refined, when it lies `far_…` from the last
     one, when fewer than `doubtful_inliers` of its beams fit, or when the squared Mahalanobis distance to its
-    prediction exceeds `surprise`. Below a correlation of `lost_score`, or with less than `lost_beams` of its beams
-    come back, a scan is lost and odometry is taken instead.
+    prediction exceeds `surprise`. Below a correlation of `lost_score`, or when less than `lost_beams` of its beams
+    come back, a scan is lost and odometry is taken instead. When less than that see beyond `blocked_range` (m),
+    somebody may stand before the laser, which fits anywhere: then `good_score` is asked for, and nothing is ever
+    matched to a scan that has it not.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors.
     """
@@ -50,10 +52,15 @@ class TrackingConfig:
     good_score: float = 0.6
     lost_score: float = 0.3
     lost_beams: float = 0.1
+    blocked_range: float = 0.6
     doubtful_inliers: float = 0.5
     surprise: float = 9.0
     widening: float = 9.0
     floor: tuple[float, float, float] = (0.007, 0.007, 0.003)
+
+
+NOTHING = PointSet(np.zeros((0, 2)), np.zeros((0, 2)))
+"""What a blocked scan shows of the world."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,15 +128,14 @@ class Tracker:
         information = guess_information(self.motion) if step is None else step_information(tries[0], self.motion)
         match = self._refined(points, predicted, information)
         key = self._is_key(match.pose) or self._is_key(predicted)
-        lost = False
-        blind = len(points.points) < self.config.lost_beams * len(scan.ranges)
-        if blind or self._far(tries[0]) or self._doubtful(match, predicted, information):
+        near, lost = self._sees_less(scan, self.config.blocked_range), self._sees_less(scan, 0.0)
+        if lost or self._far(tries[0]) or self._doubtful(match, predicted, information):
             match = self._searched(points, previous, tries, information, unknown=step is None)
-            lost = blind or match.score < self.config.lost_score
+            lost = lost or match.score < (self.config.good_score if near else self.config.lost_score)
         pose = predicted if lost else match.pose
         self._last_step = se2.between(previous, pose)
         if key or self._is_key(pose):
-            self._insert(scan, points, pose, odometry, None if lost else match)
+            self._insert(scan, NOTHING if near and lost else points, pose, odometry, None if lost else match)
             return Tracked(predicted, pose, match.score, lost, key=True)
         self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], pose)))
         return Tracked(predicted, pose, match.inliers, lost, key=False)
@@ -163,6 +169,11 @@ class Tracker:
     def _pose_of_last_scan(self) -> Float[np.ndarray, "3"]:
         anchor, relative = self.anchors[-1]
         return se2.compose(self.key_poses[anchor], relative)
+
+    def _sees_less(self, scan: LaserScan, beyond: float) -> bool:
+        """Whether hardly any beam comes back from farther than `beyond` (m)."""
+        seen = np.count_nonzero(scan.valid & (scan.ranges > beyond))
+        return bool(seen < self.config.lost_beams * len(scan.ranges))
 
     def _still(self, step: Float[np.ndarray, "3"]) -> bool:
         return bool(np.hypot(step[0], step[1]) < self.config.still_distance and abs(step[2]) < self.config.still_turn)

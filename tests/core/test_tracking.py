@@ -53,6 +53,20 @@ def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
     assert np.hypot(off[0], off[1]) < 0.05
 
 
+@pytest.mark.parametrize("reach", [0.2, 0.3, 0.5])
+def test_who_stands_before_the_laser_and_moves_along_is_no_wall(reach: float) -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(6), tracker()
+    for k, pose in enumerate(path):
+        scan = room_scan(pose, rng, index=k)
+        if 30 <= k < 42:
+            hidden = rng.random(361) < 0.95
+            scan = replace(scan, ranges=np.where(hidden, reach + rng.normal(0.0, 0.01, 361), scan.ranges))
+        tracked = one.track(scan, path[k])
+        assert tracked.lost == (30 <= k < 42)
+    off = se2.between(se2.between(path[0], path), one.poses)
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
+
+
 def test_standing_still_makes_no_key_scans() -> None:
     rng, one, pose = np.random.default_rng(7), tracker(), np.array([2.0, 1.5, 0.0])
     keys = [one.track(room_scan(pose, rng, index=k), pose).key for k in range(10)]
