@@ -1,4 +1,4 @@
-"""Whole logs from first byte to written map: time, memory, size of the map, and error where it can be known."""
+"""Whole logs from first byte to written map: time, memory, size and fit of the map, and error where it can be known."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from typing import Any
 
 from bench.recordings import recordings, recordings_folder
 
-COLUMNS = ("log", "scans", "keys", "splines", "points", "chi2/dof", "seconds", "MB", "error m", "error °", "scored")
+COLUMNS = (
+    "log", "scans", "keys", "splines", "points", "chi2/dof", "seconds", "MB", "held mm", "in 3 cm", "error m",
+    "error °", "scored",
+)  # fmt: skip
 
 
 def splinescope(*arguments: str | Path) -> str:
@@ -40,24 +43,28 @@ def mapped(log: Path, out: Path) -> dict[str, Any]:
         "seconds": round(wall, 1),
         "MB": round(report["peak_memory_mb"]),
     }
-    return row | errors(log, out)
+    return row | figures(log, out)
 
 
-def errors(log: Path, out: Path) -> dict[str, Any]:
-    """Mean error against hand-checked relations, else against the truth beside the log; nothing without either."""
+def figures(log: Path, out: Path) -> dict[str, Any]:
+    """How well the map fits beams that it was not fitted to, and the mean error against hand-checked relations, else
+    against the truth beside the log where there is either."""
     relations = recordings_folder() / f"{log.name.split('-')[0]}-clean.relations"
     truth = log.with_name(log.name.split(".")[0] + ".truth.tum")
-    if relations.exists():
-        found = json.loads(splinescope("evaluate", out, "--relations", relations, "--json"))["relations"]
-        return {
-            "error m": round(found["translation_m"]["mean"], 4),
-            "error °": round(found["rotation_deg"]["mean"], 3),
-            "scored": found["scored"],
-        }
-    if truth.exists():
-        found = json.loads(splinescope("evaluate", out, "--reference", truth, "--json"))["reference"]
-        return {"error m": round(found["ate_m"]["mean"], 4)}
-    return {}
+    against = ["--relations", relations] if relations.exists() else ["--reference", truth] if truth.exists() else []
+    found = json.loads(splinescope("evaluate", out, "--log", log, *against, "--json"))
+    row: dict[str, Any] = {
+        "held mm": round(1e3 * found["held_out"]["rms_within_5cm_m"], 2),
+        "in 3 cm": round(found["held_out"]["share_within_3cm"], 3),
+    }
+    if "relations" in found:
+        errors = found["relations"]
+        row["error m"] = round(errors["translation_m"]["mean"], 4)
+        row["error °"] = round(errors["rotation_deg"]["mean"], 3)
+        row["scored"] = errors["scored"]
+    elif "reference" in found:
+        row["error m"] = round(found["reference"]["ate_m"]["mean"], 4)
+    return row
 
 
 def main(argv: list[str]) -> list[dict[str, Any]]:

@@ -65,7 +65,8 @@ class TwinLaser:
 class Twin:
     """What is simulated: curves as the world, a path with a pose for every record, the laser, how odometry errs.
 
-    `odometry` is None where the run had none. `lag` is by how many records odometry is behind the scans.
+    `odometry` is None where the run had none. `lag` is by how many records odometry is behind the scans, `lever` how
+    far (m) the poses lie ahead of the wheels' centre of rotation, which odometry tells of.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Twin:
     laser: TwinLaser
     odometry: OdometryModel | None
     lag: float = 0.0
+    lever: float = 0.0
 
     @classmethod
     def from_run(cls, run: FinishedRun, log: ScanLog | None = None) -> Twin:
@@ -96,6 +98,7 @@ class Twin:
             laser=_noted_laser(run) if log is None else TwinLaser.from_scan(log[0]),
             odometry=_odometry_model(noted) if run.report.get("log", {}).get("odometry", True) else None,
             lag=float(noted.get("lag", 0.0)),
+            lever=float(noted.get("lever", 0.0)),
         )
 
     def stretch(self, first: int, last: int) -> Twin:
@@ -136,7 +139,8 @@ def simulate_twin(
         progress(len(scans), len(places))
     reported = None
     if twin.odometry is not None:
-        reported = in_step(twin.odometry.scaled(odometry_noise).drift(twin.poses, odometry_rng), -twin.lag)
+        wheels = se2.compose(twin.poses, np.broadcast_to([-twin.lever, 0.0, 0.0], twin.poses.shape))
+        reported = in_step(twin.odometry.scaled(odometry_noise).drift(wheels, odometry_rng), -twin.lag)
     records = Records(twin.stamps, increasing_times(twin.stamps), reported, twin.scan_of_record)
     return SimulatedLog(twin.name, tuple(scans), records, twin.poses, tuple(shapes))
 

@@ -19,6 +19,7 @@ from bspline_slam.export.map_json import map_to_json
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.finished_run import FinishedRun
+from bspline_slam.lab.simulation import OdometryModel
 from bspline_slam.lab.twin import Twin, TwinLaser, simulate_twin, without_tremble
 from bspline_slam.scan import Records
 from bspline_slam.spline_map import MapSpline, SplineMap
@@ -99,6 +100,14 @@ def test_odometry_is_as_late_as_that_of_the_run(twin: Twin) -> None:
     late = simulate_twin(replace(twin, lag=2.0), rng=np.random.default_rng(0)).records.odometry
     prompt = simulate_twin(twin, rng=np.random.default_rng(0)).records.odometry
     assert late is not None and prompt is not None and np.allclose(late[2:], prompt[:-2])
+
+
+def test_odometry_tells_of_the_wheels(twin: Twin) -> None:
+    quiet = replace(twin, lever=0.2, odometry=OdometryModel(0.0, 0.0, 0.0, 0.0, 0.0))
+    told = simulate_twin(quiet, rng=np.random.default_rng(0)).records.odometry
+    assert told is not None
+    wheels = se2.compose(twin.poses, np.tile([-0.2, 0.0, 0.0], (len(twin.poses), 1)))
+    assert np.allclose(told, se2.between(wheels[0], wheels))
 
 
 def test_the_seed_decides_everything(twin: Twin) -> None:
