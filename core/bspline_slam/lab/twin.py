@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.spatial import KDTree
 
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline
@@ -18,11 +19,14 @@ from bspline_slam.lab.disturbances import USUAL, DisturbanceModel, Disturbances
 from bspline_slam.lab.finished_run import MAP, REPORT, FinishedRun
 from bspline_slam.lab.simulation import QUANTUM, OdometryModel, Progress, SimulatedLog, silent
 from bspline_slam.scan import LaserScan, Records, ScanLog, increasing_times
+from bspline_slam.spline_map import SplineMap
 
 BATCH = 256
 """Scans whose rays are cast together."""
 TREMBLE, TREMBLE_TURN = 0.005, float(np.radians(0.2))
 """Steps below these (m, rad) are the noise of the estimate: the robot stood still."""
+CLEARANCE, STEP = 0.2, 0.05
+"""Nothing stands within this distance of the path of a robot (m), looked for in steps of so much."""
 FARTHEST = 81.83
 """Reach (m) of a laser that tells no limit of its own."""
 
@@ -91,7 +95,7 @@ class Twin:
         noted = run.report.get("odometry") or {}
         return cls(
             name=f"twin of {run.report.get('log', {}).get('name', run.folder.name)}",
-            curves=tuple(spline.curve.clamped(spline.span) for spline in run.splines),
+            curves=tuple(clear_of(run.trajectory.poses, run.splines)),
             stamps=np.round(increasing_times(run.trajectory.stamps), 6),
             poses=without_tremble(run.trajectory.poses),
             scan_of_record=_spread_scans(run) if log is None else log.records.scan_of_record,
@@ -187,6 +191,21 @@ def without_tremble(poses: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]
         else:
             last = k
     return still
+
+
+def clear_of(path: Float[np.ndarray, "n 3"], splines: SplineMap) -> Iterator[BSpline]:
+    """The supported stretches of all splines without what lies within CLEARANCE of the path: a door that stood there
+    was open, and somebody who stood there was gone, when the robot came through."""
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1))])
+    places = np.arange(0.0, way[-1] + STEP, STEP)
+    tree = KDTree(np.stack([np.interp(places, way, path[:, axis]) for axis in (0, 1)], -1))
+    for spline in splines:
+        t, points = spline.sample(STEP)
+        free = tree.query(points)[0] > CLEARANCE
+        edges = np.flatnonzero(np.diff(free, prepend=False, append=False))
+        for first, end in edges.reshape(-1, 2):
+            if end - first > 1:
+                yield spline.curve.clamped((float(t[first]), float(t[end - 1])))
 
 
 def _odometry_model(noted: dict[str, Any]) -> OdometryModel:

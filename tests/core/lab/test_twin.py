@@ -20,7 +20,7 @@ from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.finished_run import FinishedRun
 from bspline_slam.lab.simulation import OdometryModel
-from bspline_slam.lab.twin import Twin, TwinLaser, simulate_twin, without_tremble
+from bspline_slam.lab.twin import Twin, TwinLaser, clear_of, simulate_twin, without_tremble
 from bspline_slam.scan import Records
 from bspline_slam.spline_map import MapSpline, SplineMap
 
@@ -134,6 +134,18 @@ def test_a_stretch_has_its_scans_alone(twin: Twin) -> None:
     assert len(log) == 20 and log.truth is not None and np.array_equal(log.truth, twin.poses[places])
     with pytest.raises(ConfigError, match="has scans 0 to 149, none from 150 on before 200"):
         twin.stretch(150, 200)
+
+
+def test_what_stands_on_the_path_is_no_part_of_the_world() -> None:
+    drive = np.array([[0.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [-12.0, 0.0, 0.0]])
+    kept = list(clear_of(drive, SplineMap((circle(),))))
+    ends = np.concatenate([curve(np.array(curve.domain)) for curve in kept])
+    assert len(kept) == 2 and 0.2 <= np.abs(ends[np.abs(ends[:, 1]) > 1e-6, 1]).min() < 0.26
+    for curve in kept:
+        points = curve.sample(0.01)[1]
+        assert np.abs(np.linalg.norm(points, axis=1) - RADIUS).max() < 0.01
+        assert not np.any((points[:, 0] < 0) & (np.abs(points[:, 1]) < 0.2))
+    assert sum(curve.length() for curve in kept) == pytest.approx(circle().length - 0.4, abs=0.12)
 
 
 def test_a_robot_at_rest_does_not_tremble() -> None:
