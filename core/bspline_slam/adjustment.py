@@ -12,7 +12,8 @@ from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 from bspline_slam.association import Association
-from bspline_slam.backends import ONE_PASS, Stopping, back_end, solve_control_points
+from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
+from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.bspline import BSpline
@@ -407,8 +408,8 @@ def adjust_splines(
 ) -> tuple[SplineMap, Estimate]:
     """Solve, find new foot points, solve again: the adjusted map and the estimate of the last round.
 
-    The estimate's iterations run over all rounds. A back end that goes through the key scans once does so in the
-    last; `direct` finds it the foot points in those before. Raises Cancelled; ConfigError for an unknown back end.
+    The estimate's iterations run over all rounds. A back end that takes the key scans in their order does so in
+    the last; `direct` finds it the foot points in those before. Raises Cancelled; ConfigError for an unknown back end.
     """
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
@@ -425,14 +426,21 @@ def adjust_splines(
             graph = replace(graph, control_points=solve_control_points(graph, poses))
 
         last = number + 1 == len(config.gates)
-        steps = records_of(len(keys)) if last and name in ONE_PASS else 6
+        steps = usual_records(name, len(keys)) if last else 6
 
         def note(record: IterationRecord, number: int = number, steps: int = steps) -> None:
             records.append(replace(record, index=len(records)))
             progress((number + min(record.index, steps - 1) / steps) / len(config.gates), records[-1])
 
-        solver = back_end(name) if last else back_end("direct" if name in ONE_PASS else name, ROUGHLY)
+        solver = back_end(name) if last else back_end("direct" if name in IN_ORDER else name, ROUGHLY)
         estimate = solver.solve(graph, progress=note, cancelled=cancelled)
         poses, splines = estimate.poses, with_estimate(splines, estimate)
     assert estimate is not None
     return splines, replace(estimate, iterations=tuple(records))
+
+
+def usual_records(name: str, key_scans: int) -> int:
+    """About how many records a back end tells of in one round."""
+    if name in ONE_PASS:
+        return records_of(key_scans)
+    return JOINING_RECORDS if name == "islsjf" else 6

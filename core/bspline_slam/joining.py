@@ -150,7 +150,8 @@ def join_point_maps(
     feature_ids = np.unique(np.concatenate([one.ids for one in maps]))
     with single_thread():
         local = LocalMaps.from_statements([[_statement(k, one, feature_ids)] for k, one in enumerate(maps)])
-    descent = join(local, first_guess(maps, feature_ids), stopping or Stopping(), progress, cancelled)
+    start = first_guess(maps, feature_ids)
+    descent = join(local, local.first, start, stopping or Stopping(), progress, cancelled)
     state = descent.state
     return JointMap(
         np.vstack([se2.IDENTITY, state.poses]),

@@ -145,7 +145,9 @@ def test_records_tell_a_descent_from_composed_odometry() -> None:
     made, seen = survey(np.random.default_rng(6)), []
     joint = join_point_maps(made.maps, progress=seen.append)
     costs = [record.cost for record in joint.iterations]
-    assert [record.index for record in seen] == list(range(len(joint.iterations)))
+    assert [record.index for record in joint.iterations] == list(range(len(costs)))
+    assert [record.index for record in seen] == list(range(len(seen)))
+    assert [record.cost for record in seen[1 - len(costs) :]] == costs[1:]
     assert np.all(np.diff(costs) <= 1e-9 * (1 + np.array(costs[:-1])))
     np.testing.assert_array_equal(seen[0].poses, first_guess(made.maps, joint.feature_ids).poses)
 

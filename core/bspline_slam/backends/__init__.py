@@ -9,7 +9,7 @@ from bspline_slam.backends.gauss_newton import Stopping
 from bspline_slam.backends.protocol import BackEnd
 from bspline_slam.errors import ConfigError
 
-__all__ = ["BACK_ENDS", "ONE_PASS", "Stopping", "back_end", "solve_control_points"]
+__all__ = ["BACK_ENDS", "IN_ORDER", "ONE_PASS", "Stopping", "back_end", "solve_control_points"]
 
 _CLASSES = {
     "direct": "Direct",
@@ -25,6 +25,8 @@ BACK_ENDS = tuple(_CLASSES)
 """Names of all back ends, the default first."""
 ONE_PASS = ("isam2", "ekf", "bs_slam")
 """Those that go through the key scans once, in their order, instead of iterating over all of them."""
+IN_ORDER = (*ONE_PASS, "islsjf")
+"""Those that take the key scans in their order, whether or not they iterate over all of them in the end."""
 
 
 def back_end(name: str, stopping: Stopping | None = None) -> BackEnd:

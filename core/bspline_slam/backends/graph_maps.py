@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Int
 
@@ -23,11 +25,22 @@ def local_maps_of(graph: Graph) -> LocalMaps:
     for spline in graph.spline_factors:
         maps[spline.pose].append(_of_points(spline, spline.pose))
     for shape in graph.shape_priors:
-        points = np.arange(shape.first, shape.first + shape.A.shape[1] // 2)
-        maps[int(seen[points].max())].append(_of_points(shape, WORLD))
+        maps[int(seen[_held(shape)].max())].append(_of_points(shape, WORLD))
     for prior in graph.pose_priors:
         maps[prior.pose].append(_of_prior(prior))
     return LocalMaps.from_statements(maps, hold=STEP_INFORMATION)
+
+
+def first_maps(graph: Graph, count: int) -> Graph:
+    """The graph of what the first local maps hold, so many."""
+    seen = first_seen(graph)
+    return replace(
+        graph,
+        spline_factors=tuple(factor for factor in graph.spline_factors if factor.pose < count),
+        pose_factors=tuple(factor for factor in graph.pose_factors if max(factor.i, factor.j) < count),
+        pose_priors=tuple(prior for prior in graph.pose_priors if prior.pose < count),
+        shape_priors=tuple(shape for shape in graph.shape_priors if seen[_held(shape)].max() < count),
+    )
 
 
 def first_seen(graph: Graph) -> Int[np.ndarray, "N"]:
@@ -40,9 +53,12 @@ def first_seen(graph: Graph) -> Int[np.ndarray, "N"]:
 
 
 def _of_points(factor: SplineFactor | ShapePrior, frame: int) -> Statement:
-    width = factor.A.shape[1]
-    points = np.arange(factor.first, factor.first + width // 2)
-    return Statement(frame, NO_POSES, points, factor.A, np.zeros(width), factor.b)
+    return Statement(frame, NO_POSES, _held(factor), factor.A, np.zeros(factor.A.shape[1]), factor.b)
+
+
+def _held(factor: SplineFactor | ShapePrior) -> Int[np.ndarray, "m"]:
+    """The control points that a factor speaks of."""
+    return np.arange(factor.first, factor.first + factor.A.shape[1] // 2)
 
 
 def _of_edge(factor: PoseFactor) -> Statement:

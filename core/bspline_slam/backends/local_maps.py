@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.sparse import block_diag, coo_array, csc_array, csr_array, diags_array, eye_array
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array, eye_array
 from scipy.sparse.linalg import splu
 
 from bspline_slam import se2
@@ -76,7 +76,7 @@ class LocalMaps:
         kernels = np.array([statement.kernel for statement in flat])
         inner_pose = np.arange(poses.sum()) - np.repeat(begins[:-1, 0], poses)
         inner_point = np.arange(points.sum()) - np.repeat(begins[:-1, 1], points)
-        W = csr_array(block_diag([statement.W for statement in flat], format="csr"))
+        W = _diagonal([statement.W for statement in flat], begins[:-1, 3], begins[:-1, 2], begins[-1, 3:1:-1])
         return cls(
             _joined([statement.poses for statement in flat], int),
             np.repeat(frames, poses),
@@ -117,6 +117,10 @@ class LocalMaps:
             self.begin[first : last + 1] - low,
             self.hold,
         )
+
+    def first(self, count: int) -> LocalMaps:
+        """The first maps, so many."""
+        return self.part(0, count)
 
     def residual(self, state: State) -> Float[np.ndarray, "r"]:
         """e, robust weights not applied."""
@@ -207,6 +211,19 @@ class JointInformation:
 
 def _joined(parts: Sequence[np.ndarray], kind: type) -> np.ndarray:
     return np.concatenate([np.empty(0, dtype=kind), *parts])
+
+
+def _diagonal(
+    blocks: Sequence[np.ndarray], row: Int[np.ndarray, "k"], column: Int[np.ndarray, "k"], shape: Int[np.ndarray, "2"]
+) -> csr_array:
+    """Dense blocks that begin at these rows and columns of a sparse matrix."""
+    sizes = np.array([block.size for block in blocks], dtype=np.int64)
+    widths = np.repeat(np.array([block.shape[1] for block in blocks], dtype=np.int64), sizes)
+    down, along = np.divmod(np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes), widths)
+    rows, columns = np.repeat(row, sizes) + down, np.repeat(column, sizes) + along
+    values = _joined([block.ravel() for block in blocks], float)
+    nonzero = values != 0.0
+    return coo_array((values[nonzero], (rows[nonzero], columns[nonzero])), shape=tuple(shape.tolist())).tocsr()
 
 
 def _entries(

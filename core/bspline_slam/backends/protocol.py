@@ -75,8 +75,9 @@ def unless_cancelled(cancelled: Cancelling, wanted: Iterable[T]) -> Iterator[T]:
 
 @runtime_checkable
 class BackEnd(Protocol):
-    """A solver of graphs. Once `cancelled()` is true, `solve` raises Cancelled between iterations, and `covariances`
-    between the blocks it is asked for."""
+    """A solver of graphs. Once `cancelled()` is true, `solve` raises Cancelled within an iteration, and `covariances`
+    between the blocks it is asked for. Progress is told of every iteration, and where these come after something else
+    that takes long, of that too."""
 
     name: str
 

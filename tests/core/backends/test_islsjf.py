@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from bspline_slam import se2
 from bspline_slam.backends import back_end
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
-from bspline_slam.backends.graph_maps import first_seen, local_maps_of
-from bspline_slam.backends.islsjf import join_in_order
+from bspline_slam.backends.graph_maps import first_maps, first_seen, local_maps_of
+from bspline_slam.backends.islsjf import JoinWatch, join_in_order
 from bspline_slam.errors import Cancelled
 
 
@@ -71,6 +72,17 @@ def test_parts_sum_up_to_the_whole(world):
     np.testing.assert_allclose(summed, maps.linearise(state).matrix.toarray(), atol=1e-6)
 
 
+@pytest.mark.parametrize("count", [1, 5, 12])
+def test_the_graph_of_the_first_maps_is_what_they_hold(world, count):
+    graph = world(np.random.default_rng(12), start_error=0.1).graph
+    state, first = State(graph.poses, graph.control_points), local_maps_of(graph).first(count)
+    problem = FullProblem.from_graph(first_maps(graph, count))
+    assert first.cost(state) == pytest.approx(problem.cost(state), rel=1e-12)
+    one, other = first.linearise(state).step(10.0), problem.linearise(state).step(10.0)
+    np.testing.assert_allclose(one.poses, other.poses, atol=1e-8)
+    np.testing.assert_allclose(one.control_points, other.control_points, atol=1e-8)
+
+
 def test_a_map_knows_nothing_of_what_comes_later(world):
     graph = world(np.random.default_rng(6)).graph
     maps, seen = local_maps_of(graph), first_seen(graph)
@@ -86,20 +98,37 @@ def test_joining_does_not_mind_where_the_start_lies(world):
     turned = np.array([3.0, -1.0, 0.7])
     graph = built.graph
     start = State(se2.compose(turned, graph.poses), se2.transform(turned, graph.control_points))
-    joined = join_in_order(local_maps_of(graph), start)
+    maps = local_maps_of(graph)
+    joined = join_in_order(maps, maps.first, start, JoinWatch(maps, maps, start))
     assert np.abs(se2.between(built.poses, joined.poses)).max() < 1e-5
     assert np.abs(joined.control_points - built.control_points).max() < 1e-4
 
 
-def test_joining_is_cancelled_between_groups(world):
-    graph, asked = world(np.random.default_rng(8)).graph, []
+def test_joining_can_be_cancelled_at_any_time(world):
+    """Whenever it is asked for the n-th time and told to stop, it stops before it asks again."""
+    graph, asked, all_asked = world(np.random.default_rng(8)).graph, [], []
+    back_end("islsjf").solve(graph, cancelled=lambda: bool(all_asked.append(None)))
+    stops = range(1, len(all_asked) + 1, 7)
+    for stop in stops:
+        asked.clear()
+        with pytest.raises(Cancelled, match=r"of 12 local maps|iterations"):
+            back_end("islsjf").solve(graph, cancelled=lambda stop=stop: bool(asked.append(None)) or len(asked) >= stop)
+        assert len(asked) == stop
+    assert len(stops) > 5
 
-    def cancelled() -> bool:
-        asked.append(None)
-        return len(asked) > 3
 
-    with pytest.raises(Cancelled, match="of 12 local maps"):
-        back_end("islsjf").solve(graph, cancelled=cancelled)
+def test_joining_tells_where_it_is(world):
+    """Record by record, numbered on, and in every one of them a whole map; the first and the last are the result's."""
+    graph, seen = world(np.random.default_rng(11), poses=40).graph, []
+    estimate = back_end("islsjf").solve(graph, progress=seen.append)
+    joining = len(seen) - len(estimate.iterations)
+    assert joining > 5
+    assert [record.index for record in seen] == list(range(len(seen)))
+    assert [record.cost for record in seen[joining + 1 :]] == [record.cost for record in estimate.iterations[1:]]
+    assert all(a.seconds <= b.seconds for a, b in pairwise(seen))
+    maps = local_maps_of(graph)
+    for record in seen:
+        assert record.cost == pytest.approx(maps.cost(State(record.poses, record.control_points)), rel=1e-12)
 
 
 def test_a_start_at_the_optimum_is_kept(world):
