@@ -24,7 +24,7 @@ def join_and_write(maps_file: Path, out: Path, *, progress: Progress, cancelled:
     progress(f"Joining {len(maps)} local maps", 0.0)
 
     def watch(record: IterationRecord) -> None:
-        progress(f"Joining {len(maps)} local maps", 1.0 - 0.93**record.index)
+        progress(f"Joining {len(maps)} local maps", 1.0 - 0.9**record.index)
 
     joint = join_point_maps(maps, progress=watch, cancelled=cancelled)
     out.mkdir(parents=True, exist_ok=True)

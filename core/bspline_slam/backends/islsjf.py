@@ -39,7 +39,7 @@ MOVED = Stopping(decrease=1.0, move=0.01, iterations=10)
 """While joining: linearised again when the state moves by more than 0.01, at most 10 times."""
 MISFIT = 2.0
 """A group does not fit when it multiplies χ² per residual by this and adds as much."""
-JOINING_RECORDS = 40
+JOINING_RECORDS = 30
 """About how many records are told of with long logs; each is worth about the same time."""
 PATIENCE = 20
 """Groups taken back before the maps are believed to contradict each other; then misfits are left to the descent."""
@@ -115,8 +115,8 @@ def join(
 
 
 class JoinWatch:
-    """Tells who waits for a joining where it is: a record each time that half as many maps as there are have been
-    linearised again, its cost that of all maps, those to come carried along by the last pose."""
+    """Tells who waits for a joining where it is: a record each time that as many maps as there are have been linearised
+    again, its cost that of all maps, those to come carried along by the last pose."""
 
     def __init__(
         self, maps: LocalMaps, whole: Problem, start: State, progress: Progress = silent, cancelled: Cancelling = never
@@ -147,7 +147,7 @@ class JoinWatch:
     def stepped(self, step: State, state: State) -> None:
         """The maps joined now have been linearised and the state moved."""
         self._linearised += self._joined
-        if 2 * self._linearised < len(self._maps):
+        if self._linearised < len(self._maps):
             return
         self._linearised = 0
         shown, _ = placed_by(self._maps.part(self._joined, len(self._maps)), self._start, state, self._placed)
@@ -178,9 +178,10 @@ def join_in_order(maps: LocalMaps, joint: Joint, start: State, watch: JoinWatch)
         if not fits and group > 1 and setbacks < PATIENCE:
             group, setbacks = group // 2, setbacks + 1
             continue
-        state = (
-            settled if fits and settled is not None else descend(joined, guess, MOVED, silent, watch.cancelled).state
-        )
+        if fits and settled is not None:
+            state = settled
+        else:
+            state = descend(joined, guess, MOVED, silent, watch.cancelled).state
         placed, misfit, done = now_placed, misfit_of(joined, state, residuals), count
         group = min(2 * group, done)
     return state
