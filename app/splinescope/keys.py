@@ -42,6 +42,7 @@ SCAN_LAYERS = (
 )
 MAP_LAYERS = (
     Layer.SPLINES,
+    Layer.RESIDUALS,
     Layer.COMPARED,
     Layer.CONTROL_POINTS,
     Layer.ELLIPSES,
@@ -83,6 +84,7 @@ BINDINGS: tuple[KeyBinding, ...] = (
     _layers("4", "points and ellipses of the fit", Layer.FIT_POINTS, Layer.FIT_ELLIPSES),
     _layers("5", "breakpoints and corners", Layer.BREAKS),
     _layers("6", "the splines of the map", Layer.SPLINES),
+    _layers("c", "the residuals along the curves (crispness)", Layer.RESIDUALS),
     _layers("7", "points and ellipses of the map", Layer.CONTROL_POINTS, Layer.ELLIPSES),
     _layers("8", "the trajectories", Layer.ESTIMATE, Layer.ODOMETRY, Layer.TRUTH),
     _layers("0", "the compared result", Layer.COMPARED),

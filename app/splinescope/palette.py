@@ -26,6 +26,9 @@ BLUE, VERMILION, PURPLE = _rgb("0072B2"), _rgb("D55E00"), _rgb("CC79A7")
 GREY = _rgb("8A949E")
 SHOWN_HUE, COMPARED_HUE = SKY, ORANGE
 """Two results over one another: one hue each."""
+RAMP_ON_DARK = tuple(map(_rgb, ("62656F", "838179", "A99F73", "D4C15F", "FEE838")))
+RAMP_ON_LIGHT = tuple(map(_rgb, ("948E77", "737475", "52596D", "273E6E", "00224E")))
+"""From quiet to loud in steps that any colour vision can tell: cividis (Nuñez, Anderton and Renslow 2018)."""
 SPLINE_HUES = (SKY, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILION)
 MINIMUM_CONTRAST = 3.0  # WCAG 2.2, 1.4.11: what graphics need against their background
 
@@ -89,7 +92,7 @@ VERDICT_STYLES: dict[Verdict, Style] = {
 @dataclass(frozen=True, eq=False, slots=True)
 class Theme:
     """The ground that everything is drawn on, the ink that stands out from it most, and the one hue of all splines
-    while two results are compared."""
+    while two results are compared or residuals are coloured."""
 
     background: Colour
     ink: Colour
@@ -111,6 +114,11 @@ class Theme:
         tint = (0.0, 0.28, 0.14)[spline_id // len(SPLINE_HUES) % 3]
         return self.legible(mix(hue, self.ink, tint))
 
+    def graded(self, grade: int) -> Colour:
+        """One of five colours: the higher the grade, the more it stands out from the ground."""
+        dark = luminance(self.background) < luminance(self.ink)
+        return (RAMP_ON_DARK if dark else RAMP_ON_LIGHT)[grade]
+
     def verdict(self, verdict: Verdict) -> Colour:
         """The hue of a decision on an association."""
         return self.legible(VERDICT_STYLES[verdict].hue)
@@ -126,10 +134,13 @@ def _legible(hue: bytes, background: bytes, ink: bytes, contrast: float) -> Colo
 DARK = Theme(_rgb("0D1218"), _rgb("F2F5F8"))
 LIGHT = Theme(_rgb("F7F8F9"), _rgb("17212B"))
 DARK_COMPARING, LIGHT_COMPARING = (replace(ground, one_hue=SHOWN_HUE) for ground in (DARK, LIGHT))
+DARK_GRADING, LIGHT_GRADING = (replace(ground, one_hue=GREY) for ground in (DARK, LIGHT))
 
 
-def theme(dark: bool, comparing: bool = False) -> Theme:
-    """The theme that goes with the page, and with a second result over the one shown."""
+def theme(dark: bool, comparing: bool = False, grading: bool = False) -> Theme:
+    """The theme that goes with the page, with a second result over the one shown, with residuals in colour."""
+    if grading:
+        return DARK_GRADING if dark else LIGHT_GRADING
     if comparing:
         return DARK_COMPARING if dark else LIGHT_COMPARING
     return DARK if dark else LIGHT

@@ -1,4 +1,4 @@
-"""How far beams end from their curves, as a histogram."""
+"""How far beams end from their curves: as a histogram over the map, and graded along the curves."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from jaxtyping import Float, Int
 from bspline_slam.lab.crispness import CLOSE
 from splinescope import drawing
 from splinescope.drawing import WIDTH, Axes
+from splinescope.grades import GRADES
 from splinescope.palette import BLUE, GREY, Theme
 from splinescope.quality import EDGES
 
 HEIGHT = 112.0
 SIDE, TOP, BOTTOM = 12.0, 6.0, 84.0
+ROW, BARS = 16.0, 140.0
 TICKS = (-0.05, -CLOSE, 0.0, CLOSE, 0.05)
 
 
@@ -31,6 +33,21 @@ def residual_picture(histogram: Int[np.ndarray, "bins"], theme: Theme) -> str:
     ]
     label = f"Histogram of the distances of {histogram.sum():,} beam ends to their curves"
     return drawing.picture(parts, HEIGHT, label)
+
+
+def grades_picture(shares: Float[np.ndarray, "grades"], theme: Theme) -> str:
+    """The key to residuals along curves, a row for each grade, and the share of each as a bar."""
+    parts = []
+    for number, (grade, share) in enumerate(zip(GRADES, shares, strict=True)):
+        y = ROW * (number + 0.5)
+        colour = theme.graded(number)
+        parts.append(drawing.path(np.array([[6.0, y], [38.0, y]]), colour, grade.width))
+        parts.append(drawing.words(grade.label, 48.0, y + 3.5))
+        reach = BARS + (WIDTH - BARS - 40.0) * float(share)
+        corners = np.array([[BARS, y - 4.0], [reach, y - 4.0], [reach, y + 4.0], [BARS, y + 4.0]])
+        parts.append(drawing.area(corners, theme.legible(GREY), 0.6))
+        parts.append(drawing.words(f"{share:.0%}", reach + 5.0, y + 3.5, dim=True))
+    return drawing.picture(parts, ROW * len(GRADES), "Share of the curves in each grade of residuals")
 
 
 def _bar(axes: Axes, number: int, count: int, theme: Theme, near: bool) -> str:

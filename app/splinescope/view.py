@@ -30,6 +30,7 @@ class Layer(Enum):
     BREAKS = "Breakpoints and corners"
     ASSOCIATIONS = "Associations"
     SPLINES = "Map splines"
+    RESIDUALS = "Residuals along curves"
     COMPARED = "Compared result"
     CONTROL_POINTS = "Map control points"
     ELLIPSES = "2σ ellipses of the map (86 %)"
@@ -107,3 +108,8 @@ class View:
     def comparing(self) -> bool:
         """Whether a second result is drawn over the map."""
         return self.compared is not None and Layer.COMPARED in self.layers
+
+    @property
+    def grading(self) -> bool:
+        """Whether colours tell how far beams end from the curves."""
+        return self.map is not None and self.map.stretches is not None and Layer.RESIDUALS in self.layers

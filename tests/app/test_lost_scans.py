@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from splinescope.lost_scans import MOST_RUNS, listed, lost_in_words, next_lost
+from splinescope.run import summary_text
 
 
 @pytest.mark.parametrize(
@@ -24,6 +27,13 @@ def test_words_tell_the_count_and_what_was_done_instead() -> None:
     assert lost_in_words([7], True).startswith("1 scan was lost")
     assert "odometry was trusted" in lost_in_words([7, 8], True)
     assert "odometry" not in lost_in_words([7, 8], False)
+
+
+def test_the_end_of_a_run_tells_of_lost_scans_only_where_there_are_some() -> None:
+    counts = {"scans": 9, "key_scans": 3, "splines": 2, "control_points": 12, "loop_closures": {"accepted": 0}}
+    told = {"counts": counts, "log": {"odometry": True}, "seconds_total": 1.0, "peak_memory_mb": 9.0}
+    assert "lost" not in summary_text(told | {"lost_scans": []}, Path("out"))
+    assert "2 scans were lost" in summary_text(told | {"lost_scans": [4, 5]}, Path("out"))
 
 
 def test_the_way_leads_from_stretch_to_stretch_in_a_circle() -> None:

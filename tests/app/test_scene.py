@@ -115,6 +115,25 @@ def test_two_results_have_one_hue_each_and_only_one_of_them_is_whole(view: View)
     assert lengths[1] < 0.9 * lengths[0]
 
 
+def test_while_residuals_are_in_colour_curves_are_drawn_once(view: View) -> None:
+    assert view.map is not None and view.grading
+    drawn = counts(view, CLOSE)
+    plain = counts(replace(view, layers=view.layers - {Layer.RESIDUALS}), CLOSE)
+    assert 0 < drawn["splines"] < plain["splines"]
+    frame = Frame(view, theme(view.dark, grading=True), Detail.of(CLOSE))
+    segments = [d.draw(frame).segments for d in DRAWINGS if d.layer is Layer.RESIDUALS]
+    graded = sum(np.linalg.norm(np.diff(s, axis=1), axis=-1).sum() for s in segments)
+    whole = sum(spline.length for spline in view.map.map)
+    assert 0.85 * whole < graded < whole
+    assert not replace(view, map=replace(view.map, stretches=None)).grading
+
+
+def test_the_legend_tells_the_grades_while_they_are_shown() -> None:
+    titles = [section["title"] for section in legend(theme(True, grading=True), grading=True)]
+    assert titles[0] == "Residuals along curves, RMS"
+    assert titles[1:] == [section["title"] for section in legend(DARK)]
+
+
 def test_a_result_compared_on_a_layer_that_is_off_changes_no_hue(view: View) -> None:
     assert not replace(view, compared=view.map, layers=view.layers - {Layer.COMPARED}).comparing
     assert not view.comparing

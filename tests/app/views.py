@@ -10,6 +10,7 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.association import Association, Candidate, Relation, Verdict
 from bspline_slam.bspline import BSpline, uniform_knots
+from bspline_slam.lab.stretches import LENGTH, Stretches
 from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import EndKind, ScanSegment
@@ -167,7 +168,21 @@ def map_view(rng: np.random.Generator, columns: int = 2, rows: int = 1, length: 
         LoopClosure(a, b, np.zeros(3), np.eye(3), 0.7, 0.8, i % 3 != 0, "seen again")
         for i, (a, b) in enumerate(zip(keys[:-4:2], keys[4::2], strict=False))
     )
-    return MapView(world, covariances, path[list(keys)], keys, loops, path, drifted(path, 0.6 / length), path + 0.01)
+    odometry, truth = drifted(path, 0.6 / length), path + 0.01
+    stretches = stretches_along(world)
+    return MapView(world, covariances, path[list(keys)], keys, loops, path, odometry, truth, stretches)
+
+
+def stretches_along(world: SplineMap) -> Stretches:
+    """Curves that get worse and worse along themselves, from 3 to 24 mm, and the first of each not measured."""
+    spline, start, end, rms = [], [], [], []
+    for one in world:
+        edges, _ = one.sample(LENGTH)
+        spline.append(np.full(len(edges) - 1, one.id))
+        start.append(edges[:-1])
+        end.append(edges[1:])
+        rms.append(np.concatenate([[np.nan], np.linspace(0.003, 0.024, len(edges) - 2)]))
+    return Stretches(*(np.concatenate(column) for column in (spline, start, end, rms)))
 
 
 def office(rng: np.random.Generator, dark: bool = True) -> View:

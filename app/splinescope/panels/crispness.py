@@ -7,11 +7,14 @@ import viser
 
 from splinescope import table
 from splinescope.activity import Work
+from splinescope.commands import SetLayer
+from splinescope.grades import shares
 from splinescope.palette import theme
-from splinescope.panels.panel import Post
+from splinescope.panels.panel import Post, on_change
 from splinescope.quality import Quality
-from splinescope.residual_picture import residual_picture
+from splinescope.residual_picture import grades_picture, residual_picture
 from splinescope.session import Session
+from splinescope.view import Layer
 
 TITLE = "Crispness"
 MEANING = (
@@ -21,15 +24,18 @@ MEANING = (
 
 
 class CrispnessPanel:
-    """Two figures and their histogram."""
+    """Two figures, their histogram, and the colours of the curves."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._drawn: tuple[Quality | None, bool, str] | None = None
         self._folder = gui.add_folder(TITLE)
         with self._folder:
             self._text = gui.add_html("")
+            self._colour = gui.add_checkbox("Colour the curves by it", initial_value=False, hint="Key c")
+        on_change(self._colour, lambda: post(SetLayer(Layer.RESIDUALS, self._colour.value)))
 
     def refresh(self, session: Session) -> None:
+        self._colour.value = Layer.RESIDUALS in session.preferences.layers
         quality, dark = session.findings.quality, session.preferences.dark
         state = (quality, dark, absence(session))
         if self._drawn == state:
@@ -61,7 +67,14 @@ def crispness(quality: Quality, dark: bool) -> list[str]:
         ("of these within 3 cm of a curve", f"{found.within_3cm:.1%}"),
         ("RMS distance of those within 5 cm", millimetres(found.rms)),
     ]
-    return [table.pairs(rows), residual_picture(quality.histogram, theme(dark)), table.paragraph(MEANING, "dim")]
+    colours = theme(dark)
+    return [
+        table.pairs(rows),
+        residual_picture(quality.histogram, colours),
+        table.paragraph(MEANING, "dim"),
+        table.heading("RMS along the curves, and the share of them"),
+        grades_picture(shares(quality.stretches), colours),
+    ]
 
 
 def millimetres(metres: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bspline_slam.segmentation import EndKind
+from splinescope.grades import GRADES, UNGRADED
 from splinescope.palette import (
     COMPARED_HUE,
     GREEN,
@@ -32,8 +33,9 @@ END_LABELS = {
 }
 
 
-def legend(theme: Theme) -> list[Section]:
-    """Sections for the page: a title, and entries of a label and a small drawing."""
+def legend(theme: Theme, grading: bool = False) -> list[Section]:
+    """Sections for the page: a title, and entries of a label and a small drawing; with residuals in colour these come
+    first."""
     verdicts = [
         _entry(style.label, _line(theme.legible(style.hue), style.line) + _glyph(theme.legible(style.hue), style.glyph))
         for style in VERDICT_STYLES.values()
@@ -58,22 +60,33 @@ def legend(theme: Theme) -> list[Section]:
     yellow = theme.legible(YELLOW)
     endings = [_entry(END_LABELS[kind], _glyph(yellow, glyph)) for kind, glyph in END_GLYPHS.items()]
     return [
+        *([{"title": "Residuals along curves, RMS", "entries": grades(theme)}] if grading else []),
         {"title": "Associations", "entries": verdicts},
-        {"title": "Map", "entries": shapes},
+        {"title": "Map", "entries": shapes[1:] if grading else shapes},
         {"title": "Paths", "entries": paths},
         {"title": "Ends of segments", "entries": endings},
     ]
+
+
+def grades(theme: Theme) -> list[dict[str, str]]:
+    """Entries for the grades of residuals, each in its colour and its width."""
+    return [
+        _entry(grade.label, _line(theme.graded(number), LineStyle.SOLID, width=grade.width))
+        for number, grade in enumerate(GRADES)
+    ] + [_entry(UNGRADED, _line(theme.spline(0), LineStyle.DOTTED))]
 
 
 def _entry(label: str, drawing: str) -> dict[str, str]:
     return {"label": label, "svg": f'<svg viewBox="0 0 34 14" aria-hidden="true">{drawing}</svg>'}
 
 
-def _line(colour: Colour, style: LineStyle, x: float = 1.0, length: float = 32.0, gap: bool = False) -> str:
+def _line(
+    colour: Colour, style: LineStyle, x: float = 1.0, length: float = 32.0, gap: bool = False, width: float = 2.0
+) -> str:
     dashes = "12 8" if gap else " ".join(f"{part:g}" for part in style.pattern)
     return (
         f'<path d="M{x:g} 7h{length:g}" fill="none" stroke="{hexadecimal(colour)}" '
-        f'stroke-width="2" stroke-dasharray="{dashes}"/>'
+        f'stroke-width="{width:g}" stroke-dasharray="{dashes}"/>'
     )
 
 

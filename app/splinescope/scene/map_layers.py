@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from bspline_slam.bspline import BSpline
 from bspline_slam.spline_map import MapSpline
+from splinescope.grades import UNKNOWN, stretches_of
 from splinescope.palette import COMPARED_HUE, GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
@@ -28,6 +29,20 @@ def splines(view: MapView, theme: Theme, detail: Detail) -> Strokes:
     segments, owner = sampled([s.curve for s in chosen], [s.span for s in chosen], detail)
     colours = np.array([theme.spline(s.id) for s in chosen], dtype=np.uint8).reshape(-1, 3)
     return Strokes(segments, colours[owner])
+
+
+def residuals(view: MapView, theme: Theme, detail: Detail, grade: int) -> Strokes:
+    """The stretches of curve whose beams lie in this grade of residuals; UNKNOWN: that too few saw, dotted."""
+    if view.stretches is None:
+        return NONE
+    curves = {spline.id: spline.curve for spline in view.map}
+    chosen = [(curves[number], span) for number, span in stretches_of(view.stretches, grade) if number in curves]
+    segments, _ = sampled([curve for curve, _ in chosen], [span for _, span in chosen], detail)
+    if grade == UNKNOWN:
+        near = detail.inside(segments[:, 0])
+        dots = broken(segments[near], LineStyle.DOTTED, detail.pixel)
+        return Strokes.of(np.concatenate([dots, segments[~near]]), theme.spline(0))
+    return Strokes.of(segments, theme.graded(grade))
 
 
 def compared(view: MapView, theme: Theme, detail: Detail) -> Strokes:

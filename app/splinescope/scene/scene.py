@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinescope.grades import GRADES, UNKNOWN
 from splinescope.page import Page
 from splinescope.page_values import Bounds
 from splinescope.palette import Theme, theme
@@ -72,6 +73,22 @@ def _map_and_selection(*parts: str) -> Callable[[View], Sources]:
     return lambda view: (*_map(*parts)(view), view.selection)
 
 
+def _splines(f: Frame) -> Strokes:
+    """All splines, or while residuals are in colour what these leave out."""
+    if f.view.map is None:
+        return Strokes.none()
+    if f.view.grading:
+        return map_layers.residuals(f.view.map, f.theme, f.detail, UNKNOWN)
+    return map_layers.splines(f.view.map, f.theme, f.detail)
+
+
+def _residuals(grade: int, width: float) -> Drawing:
+    def draw(view: MapView, theme: Theme, detail: Detail) -> Strokes:
+        return map_layers.residuals(view, theme, detail, grade)
+
+    return Drawing(f"residuals {grade}", Layer.RESIDUALS, width, _map("map", "stretches"), _of_map(draw))
+
+
 DRAWINGS = (
     Drawing("no return", Layer.NO_RETURN, 1.0, _scan, _of_scan(scan_layers.no_return_beams)),
     Drawing("beams", Layer.BEAMS, 1.0, _scan, _of_scan(scan_layers.beams)),
@@ -88,7 +105,8 @@ DRAWINGS = (
         _map_and_selection("map", "covariances"),
         lambda f: _with_selection(f, map_layers.map_ellipses),
     ),
-    Drawing("splines", Layer.SPLINES, 2.6, _map("map"), _of_map(map_layers.splines)),
+    Drawing("splines", Layer.SPLINES, 2.6, _map("map", "stretches"), _splines),
+    *(_residuals(number, grade.width) for number, grade in enumerate(GRADES)),
     Drawing("compared", Layer.COMPARED, 1.8, lambda v: (v.compared,), _of_compared),
     Drawing(
         "control points",
@@ -164,11 +182,11 @@ class Scene:
     def draw(self, view: View) -> None:
         """Make every page show this View; what it shares with the last one is not sent again."""
         self._detail = self._wanted_detail()
-        frame = Frame(view, theme(view.dark, view.comparing), self._detail)
+        frame = Frame(view, theme(view.dark, view.comparing, view.grading), self._detail)
         if frame.theme is not self._theme:
             self._theme = frame.theme
             self.page.set_dark(view.dark)
-            self.page.send("legend", legend(frame.theme))
+            self.page.send("legend", legend(frame.theme, view.grading))
         self._tell("grid", Layer.GRID in view.layers)
         self._tell("hint", hint(view, self._detail))
         with self.page.server.atomic():
