@@ -22,6 +22,7 @@ from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 from bspline_slam.kernels import curves as kernels
 from bspline_slam.knots import greville, without_idle_knots
+from bspline_slam.laser_noise import laser_noise
 from bspline_slam.models.protocol import Model, SeenBeams
 from bspline_slam.observation import SplineObservation, across_sigma
 from bspline_slam.segmentation import ScanSegment
@@ -32,24 +33,25 @@ from bspline_slam.spline_map import MapSpline, SplineMap
 class AdjustmentConfig:
     """Rounds of foot points, the gate of each (m), and what keeps free directions in place.
 
-    Beams count by a Cauchy weight of scale `cauchy` standard deviations. `bend` is the standard deviation (m) of
-    second
-    differences of control points, `slide` that of a whole curve along itself as its best observer sees it:
-    nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first pose (m, rad).
-    `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak through the
-    splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m), and after
-    half of the rounds a control point only where leaving it out costs more than `idle_gain` of χ².
+    Beams farther off than `outlier` standard deviations count as if they were as noisy as that. `bend` is the standard
+    deviation (m) of second differences of control points, `slide` that of a whole curve along itself as its best
+    observer sees it: nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first
+    pose (m, rad). `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak
+    through the splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
+    Half way the noise of the laser is estimated from what is left over (`estimate_noise`; else it is as configured),
+    and knots are taken out that lower χ² by less than `idle_gain`: noise alone makes it 1.
     """
 
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
-    cauchy: float = 2.0
+    outlier: float = 2.0
     bend: float = 0.5
     slide: float = 0.05
     anchor: float = 1e-5
     explained_weight: float = 0.02
     support: int = 2
     support_step: float = 0.4
-    idle_gain: float = 9.21
+    idle_gain: float = 1.0
+    estimate_noise: bool = True
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -202,8 +204,7 @@ def _observations(
     kept = np.flatnonzero(feet.counts)
     normals = se2.rotate(_turned_back(poses[sights.pose[kept]]), feet.normals[kept])
     sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
-    scaled = feet.across[kept] / sigma
-    weight = 1.0 / (sigma * np.sqrt(1.0 + np.square(scaled / config.cauchy)))
+    weight = 1.0 / np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
     right = (normals * sights.points[kept]).sum(1)
     cuts = np.flatnonzero(np.diff(sights.piece[kept], prepend=-1, append=-1))
     for a, b in itertools.pairwise(cuts):
@@ -244,7 +245,7 @@ def _beams(
     pose, directions, ranges = sights.pose[counts], sights.directions[counts], sights.ranges[counts]
     normals = se2.rotate(_turned_back(poses[pose]), feet.normals[counts])
     across = across_sigma(normals, directions, ranges, fitting)
-    across *= np.sqrt(1.0 + np.square(feet.across[counts] / across / config.cauchy))
+    across = np.maximum(across, np.abs(feet.across[counts]) / config.outlier)
     return Beams(
         pose,
         place[sights.spline[counts]],
@@ -389,8 +390,27 @@ def thinned(
     return SplineMap(tuple(out))
 
 
+def calibrated(model: Model, splines: SplineMap, sights: Sights, feet: Feet, poses: Float[np.ndarray, "n 3"]) -> Model:
+    """The model with the noise of the laser as these feet tell it; beams measure one of the two coordinates of a
+    control point."""
+    kept = np.flatnonzero(feet.counts)
+    normals = se2.rotate(_turned_back(poses[sights.pose[kept]]), feet.normals[kept])
+    directions, fitting = sights.directions[kept], model.fitting
+    unknowns = 3 * len(poses) + splines.control_point_count
+    aside = normals[:, 1] * directions[:, 0] - normals[:, 0] * directions[:, 1]
+    range_noise, bearing_noise = laser_noise(
+        feet.across[kept], (normals * directions).sum(1), sights.ranges[kept] * aside,
+        (fitting.range_noise, fitting.bearing_noise), unknowns,
+    )  # fmt: skip
+    return model.with_noise(range_noise, bearing_noise)
+
+
 ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
 """Rounds before the last find new foot points anyway."""
+
+FIRMER = 0.2
+"""Share of `slide` in the rounds before the last, lest curves creep together round by round; the last one, from which
+covariances come, has the gauge as configured."""
 
 RoundProgress = Callable[[float, IterationRecord | None], None]
 
@@ -418,14 +438,15 @@ def adjust_splines(
             raise Cancelled("the adjustment was cancelled")
         sights = collect_sights(keys, splines)
         splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config, model)
-        if number == len(config.gates) // 2 and not model.measures_along:
+        last, half = number + 1 == len(config.gates), number == len(config.gates) // 2
+        if (half or last) and not model.measures_along:
             feet = find_feet(sights, splines, poses, gate)
-            splines = thinned(splines, sights, feet, poses, config, model.fitting)
-        graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
+            model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
+            splines = thinned(splines, sights, feet, poses, config, model.fitting) if half else splines
+        stiff = config if last else replace(config, slide=FIRMER * config.slide)
+        graph = build_graph(keys, poses, splines, factors, sights, stiff, model, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))
-
-        last = number + 1 == len(config.gates)
         steps = usual_records(name, len(keys)) if last else 6
 
         def note(record: IterationRecord, number: int = number, steps: int = steps) -> None:

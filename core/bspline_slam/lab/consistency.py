@@ -125,7 +125,7 @@ def told_the_truth(experiment: Experiment) -> SlamConfig:
         back_end=experiment.back_end,
         model=experiment.model,
         fitting=FittingConfig(range_noise=range_noise, bearing_noise=BEARING_NOISE),
-        adjustment=AdjustmentConfig(cauchy=np.inf),
+        adjustment=AdjustmentConfig(outlier=np.inf, estimate_noise=False),
     )
 
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.adjustment import build_graph, collect_sights
+from bspline_slam.adjustment import build_graph, calibrated, collect_sights, find_feet
 from bspline_slam.backends import back_end
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import State
@@ -39,16 +39,14 @@ def plain_estimate(snapshot: Snapshot, config: SlamConfig, cancelled: Cancelling
 
     Robust weights would take out of the innovations just what they are to show. Raises Cancelled and SolverError.
     """
+    poses, gate = snapshot.poses[snapshot.key_scans], config.adjustment.gates[-1]
+    sights, model = collect_sights(snapshot.observations, snapshot.map), model_of(config)
+    if config.adjustment.estimate_noise:
+        model = calibrated(model, snapshot.map, sights, find_feet(sights, snapshot.map, poses, gate), poses)
     graph = build_graph(
-        snapshot.observations,
-        snapshot.poses[snapshot.key_scans],
-        snapshot.map,
-        snapshot.pose_factors,
-        collect_sights(snapshot.observations, snapshot.map),
-        replace(config.adjustment, cauchy=np.inf),
-        model_of(config),
-        config.adjustment.gates[-1],
-    )
+        snapshot.observations, poses, snapshot.map, snapshot.pose_factors, sights,
+        replace(config.adjustment, outlier=np.inf), model, gate,
+    )  # fmt: skip
     return back_end("direct").solve(graph, cancelled=cancelled)
 
 

@@ -55,6 +55,10 @@ class ChordLength:
     def measures_along(self) -> bool:
         return True
 
+    def with_noise(self, range_noise: float, bearing_noise: float) -> ChordLength:
+        """Itself: the published model is told its noise."""
+        return self
+
     def through(self, points: Float[np.ndarray, "m 2"]) -> BSpline:
         """Chord-length parameters and least squares (eqs 4–10)."""
         t = cumulated_chords(points)

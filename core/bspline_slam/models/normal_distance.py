@@ -31,6 +31,9 @@ class NormalDistance:
     def measures_along(self) -> bool:
         return False
 
+    def with_noise(self, range_noise: float, bearing_noise: float) -> NormalDistance:
+        return replace(self, fitting=replace(self.fitting, range_noise=range_noise, bearing_noise=bearing_noise))
+
     def through(self, points: Float[np.ndarray, "m 2"]) -> BSpline:
         return uniform_through(points, self.fitting)
 

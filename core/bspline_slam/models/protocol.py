@@ -90,6 +90,10 @@ class Model(Protocol):
         """Whether observations say where control points lie along their curve; a gauge holds them there if not."""
         ...
 
+    def with_noise(self, range_noise: float, bearing_noise: float) -> Model:
+        """The model of a laser with this noise (m, rad), unless its noise is given once and for all."""
+        ...
+
     def through(self, points: Float[np.ndarray, "m 2"]) -> BSpline:
         """A new map curve through ordered points, its domain from 0 to their chord length or a little farther."""
         ...

@@ -1,0 +1,47 @@
+"""The noise of the laser, from what the beams leave over of the map."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import nnls
+
+LEAST_BEAMS = 500
+"""Fewer beams than these say nothing about noise."""
+REACH = 3.0
+"""Beams farther off than so many standard deviations tell of clutter, not of noise; of a Gaussian's variance the rest
+holds `WITHIN_REACH`."""
+WITHIN_REACH = 0.9733
+LEAST_RANGE_NOISE, LEAST_BEARING_NOISE = 1e-3, 1e-4
+
+
+def laser_noise(
+    across: Float[np.ndarray, "m"],
+    along: Float[np.ndarray, "m"],
+    aside: Float[np.ndarray, "m"],
+    start: tuple[float, float],
+    unknowns: int = 0,
+    rounds: int = 8,
+) -> tuple[float, float]:
+    """Standard deviation of range (m) and bearing (rad) that explain the distances `across` the curves (m).
+
+    A beam that meets its curve at n·u = `along`, ρ·(n × u) = `aside` (m) errs across it by σ² = σ_ρ² along² + σ_φ²
+    aside². Least squares on the squared distances of the beams within reach, from `start`, which is returned where
+    there are too few of them. `unknowns` is how many were fitted to the beams, and took their share of the noise.
+    """
+    if len(across) < LEAST_BEAMS + 2 * unknowns:
+        return start
+    left = WITHIN_REACH * (1.0 - unknowns / len(across))
+    variance = np.square(start)
+    for _ in range(rounds):
+        expected = variance[0] * along**2 + variance[1] * aside**2
+        near = across**2 < REACH**2 * expected
+        if np.count_nonzero(near) < LEAST_BEAMS:
+            return start
+        weight = 1.0 / expected[near]
+        rows = np.stack([along[near] ** 2, aside[near] ** 2], -1) * weight[:, None]
+        seen = across[near] ** 2 / left * weight
+        scale = np.sqrt(np.square(rows).sum(0))
+        found, _ = nnls((rows / scale).T @ (rows / scale), (rows / scale).T @ seen)
+        variance = np.maximum(found / scale, (LEAST_RANGE_NOISE**2, LEAST_BEARING_NOISE**2))
+    return float(np.sqrt(variance[0])), float(np.sqrt(variance[1]))
