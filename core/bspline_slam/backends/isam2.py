@@ -48,15 +48,15 @@ class Isam2:
         """The smoothed estimate. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
         check_anchored(graph)
         curves, edges = pack_curves(graph), pack_edges(graph)
-        watch, smoother = Watch(graph, curves, edges, progress), Smoother(graph)
+        watch, smoother = Watch(graph, curves, edges, progress), Smoother(graph, cancelled)
         for arrival in arrivals(graph):
             if cancelled():
                 raise Cancelled(f"the optimisation was cancelled after {arrival.pose} key scans")
             smoother.arrive(arrival)
             state = smoother.state(arrival.pose + 1)
             watch.note(state.poses, state.control_points)
-        state, converged = smoother.settle(cancelled)
-        watch.last(state)
+        state, converged = smoother.settle()
+        watch.add(state)
         return estimate_of(graph, curves, edges, Descent(state, tuple(watch.records), converged))
 
     def covariances(
@@ -74,8 +74,8 @@ class Isam2:
 class Smoother:
     """The Bayes tree so far. Keys as in `sam`: pose i is i, control point k is n + k."""
 
-    def __init__(self, graph: Graph) -> None:
-        self.graph = graph
+    def __init__(self, graph: Graph, cancelled: Cancelling) -> None:
+        self.graph, self.cancelled = graph, cancelled
         self.entered = np.zeros(len(graph.control_points), dtype=bool)
         parameters = gtsam.ISAM2Params()
         parameters.setOptimizationParams(gtsam.ISAM2GaussNewtonParams(SETTLED))
@@ -96,7 +96,8 @@ class Smoother:
                 pose_factors=arrival.pose_factors,
                 pose_priors=arrival.pose_priors,
                 shape_priors=arrival.shape_priors,
-            )
+            ),
+            self.cancelled,
         )
         values = gtsam.Values()
         for key, start in ((i, pose), *zip((n + arrival.control_points).tolist(), entering, strict=True)):
@@ -106,11 +107,11 @@ class Smoother:
         self.entered[arrival.control_points] = True
         self._update(factors, values)
 
-    def settle(self, cancelled: Cancelling) -> tuple[State, bool]:
+    def settle(self) -> tuple[State, bool]:
         """Update without new factors until nothing moves; whether that came to be. Raises Cancelled."""
         before = self.state(len(self.graph.poses))
         for _ in range(SETTLING):
-            if cancelled():
+            if self.cancelled():
                 raise Cancelled("the optimisation was cancelled while the map settled")
             self._update(gtsam.NonlinearFactorGraph(), gtsam.Values(), relinearise=True)
             after = self.state(len(self.graph.poses))

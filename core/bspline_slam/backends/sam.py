@@ -28,7 +28,7 @@ from bspline_slam.backends.protocol import (
     unless_cancelled,
 )
 from bspline_slam.backends.statistics import estimate_of
-from bspline_slam.errors import SolverError
+from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph, Kernel, PoseFactor, PosePrior, ShapePrior, SplineFactor
 
 Jacobians = gtsam.JacobianVector | None
@@ -48,7 +48,7 @@ class Sam:
         """The optimum of the graph. Raises SolverError where a pose or spline hangs on nothing, and Cancelled."""
         check_anchored(graph)
         start = State(graph.poses, graph.control_points)
-        descent = descend(FactorProblem(graph), start, self.stopping, progress, cancelled)
+        descent = descend(FactorProblem(graph, cancelled), start, self.stopping, progress, cancelled)
         return estimate_of(graph, pack_curves(graph), pack_edges(graph), descent)
 
     def covariances(
@@ -79,8 +79,8 @@ class Sam:
 class FactorProblem:
     """A graph as gtsam factors, and the order in which their keys are eliminated."""
 
-    def __init__(self, graph: Graph) -> None:
-        n, self.factors = len(graph.poses), factors_of(graph)
+    def __init__(self, graph: Graph, cancelled: Cancelling = never) -> None:
+        n, self.factors = len(graph.poses), factors_of(graph, cancelled)
         self.ordering = gtsam.Ordering.MetisNonlinearFactorGraph(self.factors)
         touched = self.factors.keys()
         for key in range(n + len(graph.control_points)):
@@ -120,15 +120,15 @@ class LinearisedFactors:
         return held
 
 
-def factors_of(graph: Graph) -> gtsam.NonlinearFactorGraph:
-    """All factors of a graph in gtsam's hands."""
+def factors_of(graph: Graph, cancelled: Cancelling = never) -> gtsam.NonlinearFactorGraph:
+    """All factors of a graph in gtsam's hands. Evaluating one raises Cancelled when nobody waits any more."""
     factors, n = gtsam.NonlinearFactorGraph(), len(graph.poses)
 
     def add(rows: int, keys: list[int], error: Error, kernel: Kernel = None) -> None:
         model = gtsam.noiseModel.Unit.Create(rows)
         if kernel is not None:
             model = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(kernel), model)
-        factors.add(gtsam.CustomFactor(model, keys, error))
+        factors.add(gtsam.CustomFactor(model, keys, unless_nobody_waits(error, cancelled)))
 
     for spline in graph.spline_factors:
         keys = [spline.pose, *range(n + spline.first, n + spline.first + spline.A.shape[1] // 2)]
@@ -149,6 +149,17 @@ def values_of(state: State) -> gtsam.Values:
     for key, unknown in enumerate([*state.poses, *state.control_points]):
         values.insert(key, unknown)
     return values
+
+
+def unless_nobody_waits(error: Error, cancelled: Cancelling) -> Error:
+    """The same error, but Cancelled once that is so: gtsam looks at nothing else for seconds."""
+
+    def checked(factor: gtsam.CustomFactor, values: gtsam.Values, H: Jacobians) -> np.ndarray:
+        if cancelled():
+            raise Cancelled("the optimisation was cancelled within an iteration")
+        return error(factor, values, H)
+
+    return checked
 
 
 def spline_error(factor: SplineFactor, keys: list[int]) -> Error:

@@ -14,7 +14,6 @@ from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
 from bspline_slam.backends.graph_maps import first_maps, first_seen, local_maps_of
 from bspline_slam.backends.islsjf import JoinWatch, join_in_order
-from bspline_slam.errors import Cancelled
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -102,19 +101,6 @@ def test_joining_does_not_mind_where_the_start_lies(world):
     joined = join_in_order(maps, maps.first, start, JoinWatch(maps, maps, start))
     assert np.abs(se2.between(built.poses, joined.poses)).max() < 1e-5
     assert np.abs(joined.control_points - built.control_points).max() < 1e-4
-
-
-def test_joining_can_be_cancelled_at_any_time(world):
-    """Whenever it is asked for the n-th time and told to stop, it stops before it asks again."""
-    graph, asked, all_asked = world(np.random.default_rng(8)).graph, [], []
-    back_end("islsjf").solve(graph, cancelled=lambda: bool(all_asked.append(None)))
-    stops = range(1, len(all_asked) + 1, 7)
-    for stop in stops:
-        asked.clear()
-        with pytest.raises(Cancelled, match=r"of 12 local maps|iterations"):
-            back_end("islsjf").solve(graph, cancelled=lambda stop=stop: bool(asked.append(None)) or len(asked) >= stop)
-        assert len(asked) == stop
-    assert len(stops) > 5
 
 
 def test_joining_tells_where_it_is(world):

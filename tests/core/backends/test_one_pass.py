@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.backends import ONE_PASS, back_end
+from bspline_slam.backends import ONE_PASS, back_end, one_pass
 from bspline_slam.backends.one_pass import RECORDS, records_of
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.bspline import BSpline
@@ -91,6 +91,16 @@ def test_cancel_leaves_between_key_scans(real, name):
     with pytest.raises(Cancelled, match="after 3 key scans"):
         back_end(name).solve(real, progress=seen.append, cancelled=lambda: len(seen) == 4)
     assert len(seen) == 4
+
+
+def test_slow_key_scans_are_told_of_though_they_leave_no_record(world, monkeypatch):
+    monkeypatch.setattr(one_pass, "SILENCE", 0.0)
+    graph, seen = world(np.random.default_rng(0), poses=RECORDS + 11, walls=1).graph, []
+    estimate = back_end("ekf").solve(graph, progress=seen.append)
+    assert len(seen) == 1 + RECORDS + 11
+    assert len(estimate.iterations) == records_of(RECORDS + 11)
+    assert all(0 <= b.index - a.index <= 1 for a, b in pairwise(seen))
+    assert seen[-1].index == len(estimate.iterations) - 1
 
 
 def test_long_logs_leave_a_bounded_number_of_records(world):
