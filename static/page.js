@@ -6,6 +6,7 @@ import { start as startGrid } from "./grid.js";
 import { start as startKeys } from "./keys.js";
 import { start as startLegend } from "./legend.js";
 import { start as startOverlay } from "./overlay.js";
+import { start as startRows } from "./rows.js";
 import { start as startTimeline } from "./timeline.js";
 import { start as startZoom } from "./zoom.js";
 
@@ -17,3 +18,4 @@ startTimeline();
 startZoom();
 startCamera();
 startKeys();
+startRows();

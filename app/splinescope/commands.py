@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bspline_slam.scan import ScanLog
+from splinescope.closures import ClosurePage
 from splinescope.recipe import Recipe
 from splinescope.view import Layer, Selection
 
@@ -121,6 +122,20 @@ class Select:
 
 
 @dataclass(frozen=True, slots=True)
+class ShowClosure:
+    """Go to the later scan of the loop closure of this number, and look at the closure."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class LeafThrough:
+    """Show this page of the list of loop closures."""
+
+    page: ClosurePage
+
+
+@dataclass(frozen=True, slots=True)
 class ShowObservation:
     """Open or close the window that takes one observation apart; None changes to the other."""
 
@@ -201,6 +216,8 @@ Command = (
     | SetLayer
     | ToggleLayers
     | Select
+    | ShowClosure
+    | LeafThrough
     | ShowObservation
     | StepObservation
     | SetDark

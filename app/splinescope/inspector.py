@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.association import Association
+from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.slam import SlamStep
 from splinescope.view import FittedSegment, MapView, ScanView, Selection
 
@@ -40,6 +41,8 @@ def describe(
             return describe_control_point(selection.id, selection.sub, world)
         case "key pose" if world is not None and selection.id in world.key_scans:
             return describe_key_pose(selection.id, world, steps.get(selection.id))
+        case "closure" if world is not None and selection.id < len(world.loop_closures):
+            return describe_closure(world.loop_closures[selection.id])
     name = f"{selection.kind.capitalize()} {selection.id}"
     return Description(name, "It is not in the map any more: it was merged, split or left out.")
 
@@ -168,6 +171,18 @@ def describe_key_pose(scan: int, world: MapView, step: SlamStep | None) -> Descr
         if scan in (loop.earlier, loop.scan)
     ]
     return Description(f"Key scan {scan}", "The pose of a scan that is part of the graph.", tuple(rows), tuple(history))
+
+
+def describe_closure(loop: LoopClosure) -> Description:
+    """A tie between two key scans that saw the same place, or seemed to."""
+    x, y, turn = loop.measured
+    rows = (
+        ("correlation", f"{loop.score:.2f}"),
+        ("beams on the earlier map", f"{loop.inliers:.0%}"),
+        ("seen from the earlier scan", f"{x:.2f}, {y:.2f} m, {np.degrees(turn):.1f}°"),
+    )
+    reason = f"{'Accepted' if loop.accepted else 'Rejected'}: {loop.reason}."
+    return Description(f"Loop closure of scans {loop.earlier:,} and {loop.scan:,}", reason, rows)
 
 
 def metres(value: float) -> str:

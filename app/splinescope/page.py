@@ -6,6 +6,7 @@
     page.timeline(TimelineState(index=3, length=100, processed=40))
     page.on_timeline(lambda command, value: ...)     # ("play", 0), ("pause", 0), ("seek", 17), ("step", ±1 or ±10),
                                                      # ("speed", 2)
+    page.on_row(lambda name, number: ...)            # ("closure", 17)
     page.on_view(lambda: ...)                        # somebody panned, zoomed, connected or left
 
 Callbacks run one after another on the server's own thread, in the order in which people acted: let them post a command
@@ -37,6 +38,7 @@ BRAND = (0, 114, 178)
 KeyCallback = Callable[[str], None]
 ClickCallback = Callable[[Float[np.ndarray, "2"], float, viser.ClientHandle], None]
 TimelineCallback = Callable[[str, float], None]
+RowCallback = Callable[[str, int], None]
 
 
 def open_page(host: str, port: int, *, title: str = "SplineScope") -> Page:
@@ -58,6 +60,7 @@ class Page:
         self._keys: list[KeyCallback] = []
         self._clicks: list[ClickCallback] = []
         self._timelines: list[TimelineCallback] = []
+        self._rows: list[RowCallback] = []
         self._views: list[Callable[[], None]] = []
         self._set_camera()
         server.scene.world_axes.visible = False
@@ -129,6 +132,10 @@ class Page:
         """Call back with what was asked of the timeline."""
         self._timelines.append(callback)
 
+    def on_row(self, callback: RowCallback) -> None:
+        """Call back with the name and the number of a row of a table that was clicked."""
+        self._rows.append(callback)
+
     def on_view(self, callback: Callable[[], None]) -> None:
         """Call back when some page sees something else than before."""
         self._views.append(callback)
@@ -163,6 +170,8 @@ class Page:
                 return [(callback, (str(value),)) for callback in self._keys]
             case "timeline":
                 return [(callback, (str(value["command"]), float(value["value"]))) for callback in self._timelines]
+            case "row":
+                return [(callback, (str(value["name"]), int(value["number"]))) for callback in self._rows]
             case "click":
                 point = np.array([float(value["x"]), float(value["y"])])
                 client = self.server.get_clients().get(client_id)

@@ -13,6 +13,7 @@ from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
+from splinescope.closures import moves
 
 BINS = 40
 EDGES: Float[np.ndarray, "edges"] = np.linspace(-CRISP, CRISP, BINS + 1)
@@ -36,11 +37,13 @@ class LaserNoise:
 @dataclass(frozen=True, eq=False, slots=True)
 class Quality:
     """How near beams end to the map; `histogram` counts the residuals between EDGES, `stretches` tell them along the
-    curves. `odometry` and `chi2_per_dof` are None where nothing tells them."""
+    curves, `moves` how far (m, rad) each loop closure is from the map. `odometry` and `chi2_per_dof` are None where
+    nothing tells them."""
 
     crispness: Crispness
     histogram: Int[np.ndarray, "bins"]
     stretches: Stretches
+    moves: Float[np.ndarray, "closures 2"]
     laser: LaserNoise
     odometry: OdometryBias | None
     chi2_per_dof: float | None
@@ -53,6 +56,7 @@ def quality_of(log: ScanLog, snapshot: Snapshot, config: SlamConfig) -> Quality:
         crispness=residuals.crispness,
         histogram=np.histogram(residuals.across, EDGES)[0],
         stretches=Stretches.of(snapshot.map, residuals),
+        moves=moves(snapshot.loop_closures, snapshot.key_scans, snapshot.poses[snapshot.key_scans]),
         laser=LaserNoise.of(residuals, config),
         odometry=odometry_bias(log.records, snapshot.poses),
         chi2_per_dof=None if estimate is None or estimate.dof <= 0 else float(estimate.chi2 / estimate.dof),

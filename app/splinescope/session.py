@@ -11,6 +11,7 @@ import numpy as np
 from bspline_slam.scan import ScanLog
 from splinescope import commands as ask
 from splinescope.activity import Activity
+from splinescope.closures import ClosurePage
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
 from splinescope.map_view import view_map
@@ -59,6 +60,7 @@ class Session:
         self.playback = Playback(speed=preferences.speed)
         self.following = True
         self.selection: Selection | None = None
+        self.closure_page = ClosurePage()
         self.observing = False
         self.observation_step = ObservationStep.PARAMETERS
         self._observation: tuple[tuple[object, ...], ObservationView | str] | None = None
@@ -205,6 +207,10 @@ class Session:
                 self._follow()
             case ask.Select(selection=selection):
                 self.selection = selection
+            case ask.ShowClosure(number=number):
+                self._show_closure(number)
+            case ask.LeafThrough(page=page):
+                self.closure_page = page
             case ask.ShowObservation(on=on):
                 self.observing = not self.observing if on is None else on
             case ask.StepObservation(by=by):
@@ -242,6 +248,13 @@ class Session:
         if self.following and self.findings.processed:
             self._play(replace(self.playback.seek(self.findings.processed - 1, self._clock()), playing=False))
 
+    def _show_closure(self, number: int) -> None:
+        """A row that was clicked may be of a list that is gone by now."""
+        snapshot = self.findings.snapshot
+        if snapshot is not None and 0 <= number < len(snapshot.loop_closures):
+            self._move(self.playback.seek(snapshot.loop_closures[number].scan, self._clock()))
+            self.selection = Selection("closure", number)
+
     def _step_observation(self, by: int) -> None:
         if self.observing and isinstance(self.observation, ObservationView):
             self.observation_step = self.observation_step.moved(by)
@@ -253,6 +266,7 @@ class Session:
             return
         self._estimator.cancel()
         self.opening, self.troubles, self.selection, self.recipe = None, (), None, Recipe()
+        self.closure_page = ClosurePage()
         self.title = request.title or log.name
         self.findings = Findings(log)
         self.estimation = Estimation(self._estimator, self.findings, request.path, self.tell)

@@ -43,6 +43,30 @@ def explained(rows: Iterable[tuple[str, str, str]]) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
+def leading(
+    name: str, headers: Sequence[str], rows: Iterable[tuple[int, Sequence[str], str]], *, selected: int | None = None
+) -> str:
+    """A table whose rows lead somewhere: each has a number that a click on it tells with `name`, its cells, and a
+    sentence below them, which may be empty."""
+    parts = []
+    for number, cells, sentence in rows:
+        lead = f'data-row="{escape(name)}" data-number="{number}"'
+        state = " on" if number == selected else ""
+        kind = f"lead{' open' if sentence else ''}{state}"
+        first, *rest = map(escape, cells)
+        others = "".join(f'<td class="n">{cell}</td>' for cell in rest)
+        parts.append(f'<tr class="{kind}" {lead}><td><button>{first}</button></td>{others}</tr>')
+        if sentence:
+            reason = f'<td class="dim wrap" colspan="{len(headers)}">{escape(sentence)}</td>'
+            parts.append(f'<tr class="lead{state}" {lead}>{reason}</tr>')
+    head = "".join(f"<th{kind}>{escape(text)}</th>" for kind, text in zip(_right(headers), headers, strict=True))
+    return f'<table class="dense"><thead><tr>{head}</tr></thead><tbody>{"".join(parts)}</tbody></table>'
+
+
+def _right(headers: Sequence[str]) -> list[str]:
+    return ["", *(' class="n"' for _ in headers[1:])]
+
+
 def table(
     headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Iterable[int] = (), marked: Iterable[int] = ()
 ) -> str:

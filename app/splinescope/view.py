@@ -86,7 +86,7 @@ class MapView:
 class Selection:
     """What was clicked: `kind` is "segment" (id: segment index of the current scan), "spline" (id: spline id),
     "control point"
-    (id: spline id, sub: number of the control point) or "key pose" (id: scan index)."""
+    (id: spline id, sub: number of the control point), "key pose" (id: scan index) or "closure" (id: its number)."""
 
     kind: str
     id: int

@@ -25,6 +25,7 @@ from splinescope.keys import PageAction, binding_of
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.page import Page, open_page
+from splinescope.panels import closures
 from splinescope.panels.help import HelpSheet
 from splinescope.paths import find_log
 from splinescope.picking import pick
@@ -96,6 +97,7 @@ class Viewer:
         page.on_key(self._key)
         page.on_click(lambda point, scale, client: self.post(Click(point, scale)))
         page.on_timeline(self._timeline)
+        page.on_row(self._row)
         page.on_view(lambda: self.post(PageMoved()))
 
     @property
@@ -129,6 +131,10 @@ class Viewer:
                 self.post(ask.Step(int(value)))
             case "speed":
                 self.post(ask.SetSpeed(value))
+
+    def _row(self, name: str, number: int) -> None:
+        if name == closures.ROW:
+            self.post(ask.ShowClosure(number))
 
     def _open(self, request: ask.OpenLog) -> None:
         threading.Thread(target=self._read, args=(request,), daemon=True).start()

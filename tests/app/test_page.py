@@ -15,6 +15,7 @@ from websockets.sync.client import connect
 
 from app.browser import Window, until
 from bspline_slam.errors import ConfigError
+from splinescope import table
 from splinescope.page import Mark, Page, TimelineState, open_page
 
 Opener = Callable[..., Window]
@@ -265,6 +266,20 @@ def test_a_click_gives_the_point_of_the_world(page: Page, open_window: Opener) -
     window.page.mouse.click(*window.pixel_of(0.0, 0.0))
     until(lambda: len(clicks) > 1, "the second click")
     assert clicks[1][0] == pytest.approx([0.0, 0.0], abs=2 * scale)  # the drag between them was none
+
+
+def test_a_row_of_a_table_tells_its_name_and_number(page: Page, open_window: Opener) -> None:
+    told: list[tuple[str, int]] = []
+    page.on_row(lambda name, number: told.append((name, number)))
+    rows = [(7, ("3 – 90", "0.71"), ""), (8, ("4 – 95", "0.31"), "Too low.")]
+    page.server.gui.add_html(table.block(table.leading("closure", ("Scans", "Score"), rows)))
+    window = open_window(page.url)
+    window.page.get_by_text("0.71").click()
+    window.page.get_by_text("Too low.").click()
+    window.page.get_by_role("button", name="3 – 90").focus()
+    window.page.keyboard.press("Enter")
+    until(lambda: len(told) == 3, "three rows")
+    assert told == [("closure", 7), ("closure", 8), ("closure", 7)]
 
 
 # -- the timeline ------------------------------------------------------------------------------------------------

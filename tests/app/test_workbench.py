@@ -13,6 +13,7 @@ from playwright.sync_api import Locator, expect
 from app.browser import Window, until
 from app.logs import corridor_log, write_carmen
 from splinescope import commands as ask
+from splinescope.grades import GRADES
 from splinescope.page import open_page
 from splinescope.preferences import Preferences, load, save
 from splinescope.view import Layer
@@ -156,6 +157,24 @@ def test_optimising_lowers_the_cost_and_says_what_it_did(ready: Viewer, open_win
     assert solution is not None
     assert solution.cost_after <= solution.cost_before
     window.screenshot("workbench")
+
+
+def test_quality_is_measured_and_colours_the_curves(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    tab(window, "Quality")
+    expect(window.page.get_by_text("Crispness: ")).to_be_visible()
+    expect(window.page.get_by_role("img", name="Histogram of the distances")).to_be_visible()
+    expect(window.page.get_by_text("range noise")).to_be_hidden()
+    window.page.get_by_text("Calibration", exact=True).click()
+    expect(window.page.get_by_text("range noise")).to_be_visible()
+    expect(window.page.get_by_text("Lost scans: ")).to_be_visible()
+    window.page.get_by_label("Colour the curves by it").click()
+    until(lambda: Layer.RESIDUALS in ready.session.preferences.layers, "the layer")
+    names = [f"/splinescope/residuals {number}" for number in range(len(GRADES))]
+    until(lambda: any((window.node(name) or {}).get("visible") for name in names), "coloured curves")
+    window.screenshot("quality")
+    window.page.keyboard.press("c")
+    until(lambda: Layer.RESIDUALS not in ready.session.preferences.layers, "the layer to go")
 
 
 def test_a_bad_file_is_a_sentence_and_the_open_log_stays(ready: Viewer, open_window: Opener, tmp_path: Path) -> None:

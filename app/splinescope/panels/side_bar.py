@@ -5,6 +5,7 @@ from __future__ import annotations
 import viser
 
 from splinescope.panels.calibration import CalibrationPanel
+from splinescope.panels.closures import ClosuresPanel
 from splinescope.panels.compare import ComparePanel
 from splinescope.panels.consistency import ConsistencyPanel
 from splinescope.panels.crispness import CrispnessPanel
@@ -45,7 +46,7 @@ class SideBar:
         with tabs.add_tab("Compare"):
             self._panels.append(ComparePanel(gui, post))
         with tabs.add_tab("Quality"):
-            for panel in (CrispnessPanel, LostPanel, CalibrationPanel, ConsistencyPanel):
+            for panel in (CrispnessPanel, ClosuresPanel, LostPanel, CalibrationPanel, ConsistencyPanel):
                 self._panels.append(panel(gui, post))
         with tabs.add_tab("Log"):
             self._panels.append(LogPanel(gui, post))

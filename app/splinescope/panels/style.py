@@ -11,6 +11,11 @@ TEXTS = """
 .ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}
 .ss td.n,.ss th.n{text-align:right}
 .ss tr.open td{border:0;padding-bottom:0}
+.ss tr.lead{cursor:pointer}
+.ss tr.lead:hover td{background:#8882}
+.ss tr.lead button{all:unset;text-decoration:underline;text-underline-offset:2px}
+.ss tr.lead button:focus-visible{outline:2px solid #e69f00}
+.ss .dense td.wrap{white-space:normal;padding-top:0}
 .ss tr.on td{background:#0072b244}
 .ss .two th:nth-child(2){border-bottom:2px solid #56b4e9}
 .ss .two th:nth-child(3){border-bottom:2px dashed #e69f00}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -133,7 +134,9 @@ def halo(view: MapView | None, selection: Selection | None, theme: Theme, detail
 
 
 def pointed_at(view: MapView | None, selection: Selection | None, theme: Theme, detail: Detail) -> Strokes:
-    """A ring around the selected control point or key pose."""
+    """A ring around the selected control point or key pose, or the selected tie with a ring around both its ends."""
+    if view is not None and selection is not None and selection.kind == "closure":
+        return _tie(view, selection.id, theme, detail)
     point = None
     if view is not None and selection is not None and selection.kind == "control point":
         curves: Iterable[BSpline] = (s.curve for s in view.map if s.id == selection.id)
@@ -146,6 +149,16 @@ def pointed_at(view: MapView | None, selection: Selection | None, theme: Theme, 
 
 
 NONE = Strokes.none()
+
+
+def _tie(view: MapView, number: int, theme: Theme, detail: Detail) -> Strokes:
+    tied = view.loop_closures[number : number + 1]
+    where = dict(zip(view.key_scans, view.key_poses[:, :2], strict=True))
+    ends = [where[scan] for closure in tied for scan in (closure.earlier, closure.scan) if scan in where]
+    if not ends:
+        return NONE
+    rings = glyphs(Glyph.CIRCLE, np.array(ends), np.tile(theme.legible(SKY), (len(ends), 1)), 9.0 * detail.pixel)
+    return Strokes.joined([loop_closures(replace(view, loop_closures=tied), theme, detail), rings])
 
 
 def _path(path: Float[np.ndarray, "m 3"], style: LineStyle, colour: np.ndarray, detail: Detail) -> Strokes:

@@ -132,7 +132,7 @@ DRAWINGS = (
         "pointed at",
         None,
         2.2,
-        _map_and_selection("map", "key_poses"),
+        _map_and_selection("map", "key_poses", "loop_closures"),
         lambda f: map_layers.pointed_at(f.view.map, f.view.selection, f.theme, f.detail),
     ),
     Drawing("robot", None, 2.4, _scan, _of_scan(scan_layers.robot)),

@@ -1,0 +1,93 @@
+"""The loop closures: places that were seen again, with their scores, the verdict on each and its reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from bspline_slam.loop_closure import LoopClosure
+from splinescope import table
+from splinescope.closures import ROWS, ClosurePage, Which, chosen, pages
+from splinescope.commands import LeafThrough
+from splinescope.panels.panel import Post, on_change, on_choice
+from splinescope.session import Session
+
+TITLE = "Loop closures"
+BACK, ON = "← Earlier", "Later →"
+ROW = "closure"
+"""Name of a row in what the page tells of clicks."""
+HEADERS = ("Scans", "Score", "Inliers", "Off by", "Verdict")
+MEANING = (
+    "Each compares a key scan with a place seen long before: the correlation, the share of beams on the earlier map, "
+    "and how far the final map is from what the closure says. Click a row to see the tie in the map."
+)
+
+
+class ClosuresPanel:
+    """A page of the list, the choice of what is in it, and buttons to leaf through it."""
+
+    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
+        self._page, self._pages = ClosurePage(), 0
+        self._drawn: tuple[object, ...] = ()
+        self._folder = gui.add_folder(TITLE, expand_by_default=False)
+        with self._folder:
+            self._which = gui.add_dropdown("Show", tuple(which.value for which in Which))
+            self._text = gui.add_html("")
+            self._turn = gui.add_button_group("", (BACK, ON), visible=False)
+        on_change(self._which, lambda: post(LeafThrough(ClosurePage(Which(self._which.value)))))
+        on_choice(self._turn, lambda way: post(LeafThrough(self._page.turned(1 if way == ON else -1, self._pages))))
+
+    def refresh(self, session: Session) -> None:
+        snapshot, quality = session.findings.snapshot, session.findings.quality
+        closures = snapshot.loop_closures if snapshot is not None else ()
+        selected = session.selection.id if session.selection is not None and session.selection.kind == ROW else None
+        state = (closures, quality, session.closure_page, selected)
+        if state == self._drawn:
+            return
+        self._drawn, self._page = state, session.closure_page
+        listed = chosen(closures, self._page.which)
+        self._pages = pages(len(listed))
+        self._folder.label = label(closures)
+        self._which.value = self._page.which.value
+        self._text.content = table.block(*shown(closures, quality.moves if quality else None, self._page, selected))
+        self._turn.visible = self._pages > 1
+
+
+def label(closures: Sequence[LoopClosure]) -> str:
+    """The heading, with how many of them were accepted."""
+    accepted = sum(closure.accepted for closure in closures)
+    return f"{TITLE}: {accepted:,} of {len(closures):,} accepted" if closures else TITLE
+
+
+def shown(
+    closures: Sequence[LoopClosure], moves: Float[np.ndarray, "c 2"] | None, page: ClosurePage, selected: int | None
+) -> list[str]:
+    """One page of the list as HTML parts."""
+    numbers = chosen(closures, page.which)
+    if not numbers:
+        none = "No place has been compared with an earlier one." if not closures else f"None is {page.which.value}."
+        return [table.paragraph(none)]
+    mine = numbers[ROWS * page.number : ROWS * (page.number + 1)]
+    rows = [(number, *row(closures[number], None if moves is None else moves[number])) for number in mine]
+    place = f"{ROWS * page.number + 1:,} to {ROWS * page.number + len(mine):,} of {len(numbers):,}"
+    return [
+        table.paragraph(MEANING, "dim"),
+        table.leading(ROW, HEADERS, rows, selected=selected),
+        table.paragraph(place, "dim"),
+    ]
+
+
+def row(closure: LoopClosure, move: Float[np.ndarray, "2"] | None) -> tuple[tuple[str, ...], str]:
+    """The cells of one closure, and why it was rejected."""
+    off = "–" if move is None else f"{distance(move[0])}, {np.degrees(move[1]):.1f}°"
+    verdict = "✓ accepted" if closure.accepted else "✕ rejected"
+    cells = (f"{closure.earlier:,} – {closure.scan:,}", f"{closure.score:.2f}", f"{closure.inliers:.0%}", off, verdict)
+    return cells, "" if closure.accepted else f"{closure.reason[:1].upper()}{closure.reason[1:]}."
+
+
+def distance(metres: float) -> str:
+    """Millimetres, from a metre on metres."""
+    return f"{1000 * metres:.0f} mm" if metres < 1.0 else f"{metres:.2f} m"
