@@ -47,16 +47,16 @@ def odometry_findings(bias: OdometryBias | None, has_odometry: bool) -> list[Fin
 
 def _range_noise(noise: LaserNoise) -> Finding:
     if noise.estimated is None:
-        value, sentence = f"{_mm(noise.assumed)} assumed", "Too few beams meet a curve steeply to estimate it."
+        value, sentence = f"{_mm(noise.configured)} configured", "Too few beams meet a curve steeply to estimate it."
     else:
-        value = f"{_mm(noise.estimated)} (assumed {_mm(noise.assumed)})"
+        value = f"{_mm(noise.estimated)} (configured {_mm(noise.configured)})"
         sentence = "Standard deviation of one range, from the beams that meet their curve head-on, outliers aside."
     return Finding("range noise", value, sentence)
 
 
 def _spread(spread: float) -> Finding:
     how = "as" if FAIR_SPREAD[0] <= spread <= FAIR_SPREAD[1] else "less than" if spread < 1.0 else "more than"
-    sentence = f"Beams at all angles scatter {how} the noise assumed lets expect (1 σ)."
+    sentence = f"Beams at all angles scatter {how} the noise configured lets expect (1 σ)."
     return Finding("spread of residuals", f"{spread:.2f} σ", sentence)
 
 

@@ -22,10 +22,10 @@ EDGES: Float[np.ndarray, "edges"] = np.linspace(-CRISP, CRISP, BINS + 1)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaserNoise:
-    """Standard deviation of ranges (m) as the configuration assumes it and as the residuals tell it (None where they
-    are too few), and the spread of all residuals over that expected."""
+    """Standard deviation of ranges (m) as configured, where the estimator starts from, and as the residuals tell it
+    (None where they are too few), and the spread of all residuals over that expected of the configured noise."""
 
-    assumed: float
+    configured: float
     estimated: float | None
     spread: float | None
 

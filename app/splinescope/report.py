@@ -70,10 +70,10 @@ def _odometry(log: ScanLog, snapshot: Snapshot) -> dict[str, Any] | None:
 
 
 def _range_noise(snapshot: Snapshot, config: SlamConfig) -> dict[str, float | None]:
-    """Standard deviation of ranges (m) as assumed and as the residuals tell it; null where they are too few."""
+    """Standard deviation of ranges (m) as configured and as the residuals tell it; null where they are too few."""
     estimated = BeamResiduals.from_snapshot(snapshot, config.fitting).range_noise
     return {
-        "assumed": config.fitting.range_noise,
+        "configured": config.fitting.range_noise,
         "estimated": None if estimated is None else round(estimated, 5),
     }
 

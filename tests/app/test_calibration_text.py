@@ -47,7 +47,7 @@ def test_what_is_not_known_is_said() -> None:
     assert "no odometry" in odometry_findings(None, False)[0].sentence
     assert "too little" in odometry_findings(None, True)[0].sentence
     unknown = laser_findings(LaserNoise(0.012, None, None), None)
-    assert [finding.value for finding in unknown] == ["12.0 mm assumed", "–"]
+    assert [finding.value for finding in unknown] == ["12.0 mm configured", "–"]
 
 
 @pytest.mark.parametrize(("chi2", "said"), [(0.5, "careful side"), (1.0, "about as well"), (2.0, "claim too much")])
@@ -57,5 +57,5 @@ def test_a_fit_is_judged(chi2: float, said: str) -> None:
 
 def test_estimate_and_assumption_stand_side_by_side() -> None:
     noise, spread, _ = laser_findings(LaserNoise(0.012, 0.0091, 0.75), 1.0)
-    assert noise.value == "9.1 mm (assumed 12.0 mm)"
-    assert "less than the noise assumed" in spread.sentence
+    assert noise.value == "9.1 mm (configured 12.0 mm)"
+    assert "less than the noise configured" in spread.sentence
