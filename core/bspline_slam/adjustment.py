@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.association import Association
 from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
 from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
@@ -20,13 +19,13 @@ from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
-from bspline_slam.kernels import curves as kernels
-from bspline_slam.knots import greville, without_idle_knots
-from bspline_slam.laser_noise import laser_noise
+from bspline_slam.knots import greville
+from bspline_slam.laser_noise import calibrated
 from bspline_slam.models.protocol import Model, SeenBeams
 from bspline_slam.observation import SplineObservation, across_sigma
-from bspline_slam.segmentation import ScanSegment
+from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet, turned_back
 from bspline_slam.spline_map import MapSpline, SplineMap
+from bspline_slam.trimming import TrimmingConfig, thinned, trimmed
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +36,8 @@ class AdjustmentConfig:
     deviation (m) of second differences of control points, `slide` that of a whole curve along itself as its best
     observer sees it: nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first
     pose (m, rad). `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak
-    through the splines. A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m).
-    Half way the noise of the laser is estimated from what is left over (`estimate_noise`; else it is as configured),
-    and knots are taken out that lower χ² by less than `idle_gain`: noise alone makes it 1.
+    through the splines. Curves are trimmed every round. Half way the noise of the laser is estimated from what is left
+    over (`estimate_noise`; else it is as configured), and knots that earn nothing are taken out.
     """
 
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
@@ -48,110 +46,8 @@ class AdjustmentConfig:
     slide: float = 0.05
     anchor: float = 1e-5
     explained_weight: float = 0.02
-    support: int = 2
-    support_step: float = 0.4
-    idle_gain: float = 1.0
+    trimming: TrimmingConfig = TrimmingConfig()
     estimate_noise: bool = True
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Sights:
-    """Every beam that an association gives to a spline, sorted by spline and then by piece.
-
-    `pose` and `spline` are positions among the key scans and in the map; `piece` numbers the associations. Points,
-    directions (robot frame) and ranges are per beam.
-    """
-
-    spline: Int[np.ndarray, "m"]
-    pose: Int[np.ndarray, "m"]
-    piece: Int[np.ndarray, "m"]
-    points: Float[np.ndarray, "m 2"]
-    directions: Float[np.ndarray, "m 2"]
-    ranges: Float[np.ndarray, "m"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class KeyObservations:
-    """One key scan as adjustment sees it: its segments, its decisions, how many beams came back, where the sensor
-    sits."""
-
-    scan: int
-    segments: tuple[ScanSegment, ...]
-    associations: tuple[Association, ...]
-    beams: int
-    sensor: Float[np.ndarray, "2"]
-
-
-def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sights:
-    """The beams of all associations whose spline is in the map."""
-    place = {spline.id: k for k, spline in enumerate(splines)}
-    rows: list[tuple[int, int, Float[np.ndarray, "m 2"], Float[np.ndarray, "2"]]] = []
-    for pose, key in enumerate(keys):
-        by_index = {segment.index: segment for segment in key.segments}
-        for association in key.associations:
-            if association.spline is None or association.spline not in place:
-                continue
-            segment = by_index[association.segment]
-            inside = (segment.beams >= association.first) & (segment.beams <= association.last)
-            rows.append((place[association.spline], pose, segment.points[inside], key.sensor))
-    rows.sort(key=lambda row: row[0])
-    if not rows:
-        empty = np.zeros(0, dtype=np.int64)
-        return Sights(empty, empty, empty, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    counts = [len(points) for _, _, points, _ in rows]
-    points = np.concatenate([points for _, _, points, _ in rows])
-    rays = points - np.repeat(np.array([sensor for *_, sensor in rows]), counts, axis=0)
-    ranges = np.linalg.norm(rays, axis=1)
-    return Sights(
-        np.repeat([spline for spline, *_ in rows], counts),
-        np.repeat([pose for _, pose, *_ in rows], counts),
-        np.repeat(np.arange(len(rows)), counts),
-        points,
-        rays / np.maximum(ranges, 1e-9)[:, None],
-        ranges,
-    )
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Feet:
-    """For each beam its foot on its spline: parameter, basis, curve normal (world), distance across, and whether
-    it counts."""
-
-    t: Float[np.ndarray, "m"]
-    first: Int[np.ndarray, "m"]
-    basis: Float[np.ndarray, "m k"]
-    normals: Float[np.ndarray, "m 2"]
-    across: Float[np.ndarray, "m"]
-    counts: Bool[np.ndarray, "m"]
-
-
-def find_feet(sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"], gate: float) -> Feet:
-    """Foot points of all beams on their splines; a beam counts when it lies within the gate, inside the supported
-    stretch,
-    and in front of the curve."""
-    m = len(sights.points)
-    degree = splines.splines[0].curve.degree if len(splines) else 3
-    t, across = np.zeros(m), np.zeros(m)
-    first, basis, normals = np.zeros(m, np.int64), np.zeros((m, degree + 1)), np.zeros((m, 2))
-    beyond = np.zeros(m)
-    world = se2.transform(poses[sights.pose], sights.points)
-    cuts = np.searchsorted(sights.spline, np.arange(len(splines) + 1))
-    for k, spline in enumerate(splines):
-        a, b = cuts[k], cuts[k + 1]
-        if a == b:
-            continue
-        curve, (low, high) = spline.curve, spline.span
-        sample_t, samples = curve.sample(0.1, spline.span)
-        t[a:b], first[a:b], basis[a:b], normals[a:b] = kernels.feet(
-            curve.knots, degree, curve.control_points, sample_t, samples, world[a:b], low, high
-        )
-        index = first[a:b, None] + np.arange(degree + 1)
-        off = world[a:b] - np.einsum("mk,mkd->md", basis[a:b], curve.control_points[index])
-        across[a:b] = (off * normals[a:b]).sum(1)
-        beyond[a:b] = np.abs(off[:, 0] * normals[a:b, 1] - off[:, 1] * normals[a:b, 0])
-    towards = se2.rotate(poses[sights.pose], -sights.directions)
-    facing = (towards * normals).sum(1) > 0.05
-    return Feet(t, first, basis, normals, across, (np.abs(across) < gate) & (beyond < 0.05) & facing)
 
 
 def build_graph(
@@ -202,7 +98,7 @@ def _observations(
 ) -> Iterator[tuple[int, SplineObservation]]:
     """What the model makes of each association that says something, with the number of its piece."""
     kept = np.flatnonzero(feet.counts)
-    normals = se2.rotate(_turned_back(poses[sights.pose[kept]]), feet.normals[kept])
+    normals = se2.rotate(turned_back(poses[sights.pose[kept]]), feet.normals[kept])
     sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
     weight = 1.0 / np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
     right = (normals * sights.points[kept]).sum(1)
@@ -243,7 +139,7 @@ def _beams(
     """The beams that count, each with the noise of its range: that across the curve, seen along the beam."""
     counts = feet.counts
     pose, directions, ranges = sights.pose[counts], sights.directions[counts], sights.ranges[counts]
-    normals = se2.rotate(_turned_back(poses[pose]), feet.normals[counts])
+    normals = se2.rotate(turned_back(poses[pose]), feet.normals[counts])
     across = across_sigma(normals, directions, ranges, fitting)
     across = np.maximum(across, np.abs(feet.across[counts]) / config.outlier)
     return Beams(
@@ -256,10 +152,6 @@ def _beams(
         across / np.abs((normals * directions).sum(1)),
         tuple(spline.curve for spline in kept),
     )
-
-
-def _turned_back(poses: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m 3"]:
-    return np.concatenate([np.zeros((len(poses), 2)), -poses[:, 2:]], axis=1)
 
 
 def _slides(
@@ -278,7 +170,7 @@ def _slides(
     cuts = np.searchsorted(owner, np.arange(len(kept) + 1))
     for k, spline in enumerate(kept):
         pose = int(np.bincount(seen[cuts[k] : cuts[k + 1]]).argmax())
-        tangents = se2.rotate(_turned_back(poses[pose][None])[0], greville_tangents(spline.curve))
+        tangents = se2.rotate(turned_back(poses[pose][None])[0], greville_tangents(spline.curve))
         local = se2.transform(se2.inverse(poses[pose]), spline.curve.control_points)
         for i, (tangent, q) in enumerate(zip(tangents, local, strict=True)):
             row = tangent[None] / (config.slide * np.sqrt(len(local)))
@@ -334,77 +226,6 @@ def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
     return SplineMap(tuple(out))
 
 
-def trimmed(splines: SplineMap, sights: Sights, feet: Feet, config: AdjustmentConfig, model: Model) -> SplineMap:
-    """Each spline cut back to its longest stretch that `support` key scans saw, without the control points beyond it.
-
-    A spline without such a stretch stays as it is: it is the map's best guess.
-    """
-    kept = np.flatnonzero(feet.counts)
-    cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
-    out = []
-    for k, spline in enumerate(splines):
-        mine = kept[cuts[k] : cuts[k + 1]]
-        span = supported_span(feet.t[mine], sights.pose[mine], spline.span, config)
-        out.append(spline if span == spline.span else replace(spline, curve=model.cut(spline.curve, span), span=span))
-    return SplineMap(tuple(out))
-
-
-def supported_span(
-    t: Float[np.ndarray, "m"], pose: Int[np.ndarray, "m"], span: tuple[float, float], config: AdjustmentConfig
-) -> tuple[float, float]:
-    """The longest stretch of `span` in which every `support_step` of parameter was seen from `support` poses."""
-    low, high = span
-    bins = max(round((high - low) / config.support_step), 1)
-    width = (high - low) / bins
-    place = np.clip(((t - low) / width).astype(np.int64), 0, bins - 1)
-    seen = np.unique(np.stack([place, pose], -1), axis=0)[:, 0]
-    enough = np.bincount(seen, minlength=bins) >= config.support
-    edges = np.flatnonzero(np.diff(enough.astype(np.int8), prepend=0, append=0))
-    if len(edges) == 0:
-        return span
-    starts, ends = edges[::2], edges[1::2]
-    longest = int(np.argmax(ends - starts))
-    if starts[longest] == 0 and ends[longest] == bins:
-        return span
-    return low + width * float(starts[longest]), low + width * float(ends[longest])
-
-
-def thinned(
-    splines: SplineMap,
-    sights: Sights,
-    feet: Feet,
-    poses: Float[np.ndarray, "n 3"],
-    config: AdjustmentConfig,
-    fitting: FittingConfig,
-) -> SplineMap:
-    """Each spline without the knots that its beams do not ask for."""
-    kept = np.flatnonzero(feet.counts)
-    normals = feet.normals[kept]
-    seen = se2.rotate(_turned_back(poses[sights.pose[kept]]), normals)
-    weight = 1.0 / across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
-    cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
-    out = []
-    for spline, a, b in zip(splines, cuts[:-1], cuts[1:], strict=True):
-        curve = without_idle_knots(spline.curve, feet.t[kept[a:b]], normals[a:b], weight[a:b], config.idle_gain)
-        out.append(replace(spline, curve=curve))
-    return SplineMap(tuple(out))
-
-
-def calibrated(model: Model, splines: SplineMap, sights: Sights, feet: Feet, poses: Float[np.ndarray, "n 3"]) -> Model:
-    """The model with the noise of the laser as these feet tell it; beams measure one of the two coordinates of a
-    control point."""
-    kept = np.flatnonzero(feet.counts)
-    normals = se2.rotate(_turned_back(poses[sights.pose[kept]]), feet.normals[kept])
-    directions, fitting = sights.directions[kept], model.fitting
-    unknowns = 3 * len(poses) + splines.control_point_count
-    aside = normals[:, 1] * directions[:, 0] - normals[:, 0] * directions[:, 1]
-    range_noise, bearing_noise = laser_noise(
-        feet.across[kept], (normals * directions).sum(1), sights.ranges[kept] * aside,
-        (fitting.range_noise, fitting.bearing_noise), unknowns,
-    )  # fmt: skip
-    return model.with_noise(range_noise, bearing_noise)
-
-
 ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
 """Rounds before the last find new foot points anyway."""
 
@@ -437,12 +258,12 @@ def adjust_splines(
         if cancelled():
             raise Cancelled("the adjustment was cancelled")
         sights = collect_sights(keys, splines)
-        splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config, model)
+        splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
         last, half = number + 1 == len(config.gates), number == len(config.gates) // 2
         if (half or last) and not model.measures_along:
             feet = find_feet(sights, splines, poses, gate)
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
-            splines = thinned(splines, sights, feet, poses, config, model.fitting) if half else splines
+            splines = thinned(splines, sights, feet, poses, config.trimming, model.fitting) if half else splines
         stiff = config if last else replace(config, slide=FIRMER * config.slide)
         graph = build_graph(keys, poses, splines, factors, sights, stiff, model, gate)
         if number == 0 and len(graph.control_points):

@@ -6,6 +6,11 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import nnls
 
+from bspline_slam import se2
+from bspline_slam.models.protocol import Model
+from bspline_slam.sights import Feet, Sights, turned_back
+from bspline_slam.spline_map import SplineMap
+
 LEAST_BEAMS = 500
 """Fewer beams than these say nothing about noise."""
 REACH = 3.0
@@ -45,3 +50,18 @@ def laser_noise(
         found, _ = nnls((rows / scale).T @ (rows / scale), (rows / scale).T @ seen)
         variance = np.maximum(found / scale, (LEAST_RANGE_NOISE**2, LEAST_BEARING_NOISE**2))
     return float(np.sqrt(variance[0])), float(np.sqrt(variance[1]))
+
+
+def calibrated(model: Model, splines: SplineMap, sights: Sights, feet: Feet, poses: Float[np.ndarray, "n 3"]) -> Model:
+    """The model with the noise of the laser as these feet tell it; beams measure one of the two coordinates of a
+    control point."""
+    kept = np.flatnonzero(feet.counts)
+    normals = se2.rotate(turned_back(poses[sights.pose[kept]]), feet.normals[kept])
+    directions, fitting = sights.directions[kept], model.fitting
+    unknowns = 3 * len(poses) + splines.control_point_count
+    aside = normals[:, 1] * directions[:, 0] - normals[:, 0] * directions[:, 1]
+    range_noise, bearing_noise = laser_noise(
+        feet.across[kept], (normals * directions).sum(1), sights.ranges[kept] * aside,
+        (fitting.range_noise, fitting.bearing_noise), unknowns,
+    )  # fmt: skip
+    return model.with_noise(range_noise, bearing_noise)

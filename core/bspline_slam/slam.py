@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig, KeyObservations, adjust_splines
+from bspline_slam.adjustment import AdjustmentConfig, adjust_splines
 from bspline_slam.association import Association, AssociationConfig
 from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
@@ -27,6 +27,7 @@ from bspline_slam.observation import MODELS
 from bspline_slam.scan import LaserScan, ScanLog
 from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
+from bspline_slam.sights import KeyObservations
 from bspline_slam.spline_map import SplineMap
 from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from bspline_slam import se2
-from bspline_slam.adjustment import KeyObservations
 from bspline_slam.association import Association, Candidate, Verdict
 from bspline_slam.backends.protocol import Estimate, IterationRecord, Marginals
 from bspline_slam.errors import Cancelled
@@ -18,6 +17,7 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.scan_test import ScanTest
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import ScanSegment, segment_scan
+from bspline_slam.sights import KeyObservations
 from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 from bspline_slam.spline_map import MapSpline, SplineMap
 

@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.adjustment import (
-    AdjustmentConfig,
-    KeyObservations,
-    adjust_splines,
-    build_graph,
-    collect_sights,
-    find_feet,
-    supported_span,
-    trimmed,
-)
+from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, build_graph
 from bspline_slam.association import AssociationConfig
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.errors import Cancelled
@@ -25,6 +16,7 @@ from bspline_slam.graph import PoseFactor
 from bspline_slam.mapping import MapBuilder
 from bspline_slam.models import ChordLength, Model, NormalDistance
 from bspline_slam.segmentation import segment_scan
+from bspline_slam.sights import KeyObservations, collect_sights, find_feet
 from bspline_slam.spline_map import SplineMap
 from core.rooms import loop_path, room_scan
 
@@ -145,23 +137,6 @@ def test_a_spline_that_nobody_sees_is_not_in_the_graph() -> None:
     graph = build_graph(blind, PATH, splines, factors, collect_sights(blind, splines), AdjustmentConfig(), MODEL, 0.1)
     assert gone not in graph.spline_ids
     assert len(graph.spline_ids) == len(splines) - 1
-
-
-def test_support_keeps_the_longest_stretch_that_two_poses_saw() -> None:
-    config = AdjustmentConfig(support=2, support_step=0.5)
-    t = np.array([0.1, 0.1, 0.6, 0.6, 1.1, 3.1, 3.1, 3.6])
-    pose = np.array([0, 1, 0, 1, 0, 0, 1, 0])
-    assert supported_span(t, pose, (0.0, 4.0), config) == (0.0, 1.0)
-    assert supported_span(t[:0], pose[:0], (0.0, 4.0), config) == (0.0, 4.0)
-
-
-def test_trimming_keeps_the_curve_where_it_stays() -> None:
-    keys, splines, _ = seen_from(PATH)
-    sights = collect_sights(keys, splines)
-    cut = trimmed(splines, sights, find_feet(sights, splines, PATH, 0.1), AdjustmentConfig(support=4), MODEL)
-    for before, after in zip(splines, cut, strict=True):
-        t = np.linspace(*after.span, 20)
-        np.testing.assert_allclose(after.curve(t), before.curve(t), atol=1e-9)
 
 
 def test_cancelling_leaves_by_its_own_error() -> None:

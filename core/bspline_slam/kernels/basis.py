@@ -27,12 +27,13 @@ def basis_rows(knots, degree, t, derivative):
             carried = 0.0
             for r in range(p):
                 low, high = knots[span - p + 1 + r], knots[span + 1 + r]
-                share = values[r] / (high - low)
+                value, width = values[r], high - low
                 if p > degree - derivative:
-                    values[r] = carried - p * share
-                    carried = p * share
+                    slope = p * value / width
+                    values[r] = carried - slope
+                    carried = slope
                 else:
-                    values[r] = carried + (high - t[k]) * share
-                    carried = (t[k] - low) * share
+                    values[r] = carried + (high - t[k]) / width * value
+                    carried = (t[k] - low) / width * value
             values[p] = carried
     return first, rows

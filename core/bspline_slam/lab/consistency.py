@@ -14,15 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from bspline_slam import se2
-from bspline_slam.adjustment import (
-    AdjustmentConfig,
-    KeyObservations,
-    adjust_splines,
-    build_graph,
-    collect_sights,
-    find_feet,
-    with_estimate,
-)
+from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, build_graph, with_estimate
 from bspline_slam.backends import Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, never
 from bspline_slam.backends.statistics import information_of
@@ -35,6 +27,7 @@ from bspline_slam.lab.truth import TrueCurves, localised, true_map, true_observa
 from bspline_slam.lab.world import World
 from bspline_slam.lab.world_file import open_world
 from bspline_slam.observation import MODELS
+from bspline_slam.sights import KeyObservations, collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, model_of, run_slam
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.tracking import TrackingConfig

@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from bspline_slam.adjustment import KeyObservations, Sights, build_graph
+from bspline_slam.adjustment import build_graph
 from bspline_slam.backends import solve_control_points
 from bspline_slam.lab.crispness import Crispness, crispness, nearest_curves
 from bspline_slam.lab.wall_beams import WallBeams
+from bspline_slam.sights import KeyObservations, Sights
 from bspline_slam.slam import SlamConfig, model_of
 from bspline_slam.spline_map import SplineMap
 

@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import Sights, find_feet
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.lab.crispness import CRISP, Crispness, nearest_curves
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.observation import across_sigma
+from bspline_slam.sights import Sights, find_feet
 from bspline_slam.slam import Snapshot
 from bspline_slam.spline_map import SplineMap
 

@@ -11,7 +11,6 @@ from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from bspline_slam import se2
-from bspline_slam.adjustment import KeyObservations, collect_sights, find_feet
 from bspline_slam.association import Association, Verdict
 from bspline_slam.fitting import FittingConfig, cumulated_chords
 from bspline_slam.graph import PoseFactor
@@ -21,6 +20,7 @@ from bspline_slam.models.protocol import Model
 from bspline_slam.relation import Relation
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import EndKind, ScanSegment, SegmentationConfig, breakpoints
+from bspline_slam.sights import KeyObservations, collect_sights, find_feet
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 SPACING = 0.005

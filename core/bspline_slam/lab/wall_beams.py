@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import KeyObservations
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import SegmentationConfig, segment_scan
+from bspline_slam.sights import KeyObservations
 from bspline_slam.tracking import TrackingConfig
 
 

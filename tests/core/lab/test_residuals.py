@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bspline_slam.adjustment import KeyObservations
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.lab.crispness import crispness
 from bspline_slam.lab.residuals import BeamResiduals, robust_sigma
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.segmentation import segment_scan
+from bspline_slam.sights import KeyObservations
 from core.lab.walls import beams, drive, room
 
 FITTING = FittingConfig(range_noise=0.01, bearing_noise=1e-3)

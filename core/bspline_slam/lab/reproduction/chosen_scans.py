@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.adjustment import KeyObservations, collect_sights, find_feet
+from bspline_slam.sights import KeyObservations, collect_sights, find_feet
 from bspline_slam.slam import Snapshot
 from bspline_slam.spline_map import SplineMap
 

@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.adjustment import KeyObservations
 from bspline_slam.backends import back_end
 from bspline_slam.backends.protocol import Estimate, Marginals
 from bspline_slam.bspline import BSpline
@@ -24,6 +23,7 @@ from bspline_slam.lab.simulation import SimulatedLog, simulate
 from bspline_slam.lab.statistics import nees
 from bspline_slam.lab.world import World
 from bspline_slam.lab.world_file import open_world
+from bspline_slam.sights import KeyObservations
 from bspline_slam.spline_map import SplineMap
 
 if TYPE_CHECKING:
