@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
+from bspline_slam.backends import FILTERS, IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
 from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
@@ -231,7 +231,7 @@ ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
 
 FIRMER = 0.2
 """Share of `slide` in the rounds before the last, lest curves creep together round by round; the last one, from which
-covariances come, has the gauge as configured."""
+covariances come, has the gauge as configured. Filters linearise once and always get the firmer one."""
 
 RoundProgress = Callable[[float, IterationRecord | None], None]
 
@@ -264,7 +264,7 @@ def adjust_splines(
             feet = find_feet(sights, splines, poses, gate)
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
             splines = thinned(splines, sights, feet, poses, config.trimming, model.fitting) if half else splines
-        stiff = config if last else replace(config, slide=FIRMER * config.slide)
+        stiff = config if last and name not in FILTERS else replace(config, slide=FIRMER * config.slide)
         graph = build_graph(keys, poses, splines, factors, sights, stiff, model, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))

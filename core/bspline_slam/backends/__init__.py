@@ -9,7 +9,7 @@ from bspline_slam.backends.gauss_newton import Stopping
 from bspline_slam.backends.protocol import BackEnd
 from bspline_slam.errors import ConfigError
 
-__all__ = ["BACK_ENDS", "IN_ORDER", "ONE_PASS", "Stopping", "back_end", "solve_control_points"]
+__all__ = ["BACK_ENDS", "FILTERS", "IN_ORDER", "ONE_PASS", "Stopping", "back_end", "solve_control_points"]
 
 _CLASSES = {
     "direct": "Direct",
@@ -23,7 +23,9 @@ _CLASSES = {
 }
 BACK_ENDS = tuple(_CLASSES)
 """Names of all back ends, the default first."""
-ONE_PASS = ("isam2", "ekf", "bs_slam")
+FILTERS = ("ekf", "bs_slam")
+"""Those that never come back to what they linearised."""
+ONE_PASS = ("isam2", *FILTERS)
 """Those that go through the key scans once, in their order, instead of iterating over all of them."""
 IN_ORDER = (*ONE_PASS, "islsjf")
 """Those that take the key scans in their order, whether or not they iterate over all of them in the end."""

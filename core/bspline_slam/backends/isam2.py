@@ -2,7 +2,8 @@
 
 Each key scan adds its factors to the Bayes tree, which eliminates anew only what they touch; every `EVERY` key scans
 it linearises anew what has moved by more than `RELINEARISE`. After the last one a few updates without new factors let
-the rest settle; the result lies within a millimetre of the batch optimum. Loop closures enter with their later pose.
+the rest settle; poses and curves lie within a millimetre of the batch optimum (control points may slide along their
+curve by a few, where the gauge alone holds them). Loop closures enter with their later pose.
 Like `sam`, it holds Python's lock while gtsam eliminates.
 """
 

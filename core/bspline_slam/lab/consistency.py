@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float
 
 from bspline_slam import se2
 from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, build_graph, with_estimate
-from bspline_slam.backends import Stopping, back_end
+from bspline_slam.backends import FILTERS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, never
 from bspline_slam.backends.statistics import information_of
 from bspline_slam.errors import SolverError
@@ -37,8 +37,6 @@ ASSOCIATIONS = ("truth", "automatic")
 RANGE_NOISE = 0.012
 BEARING_NOISE = 0.001
 ODOMETRY = OdometryModel(scale=0.0, turn_scale=0.0, turn_bias=0.0)
-FILTERS = ("ekf", "bs_slam")
-"""Back ends that do not end at an optimum, so that their cost says nothing of an innovation."""
 ROUNDS = (*(Stopping(decrease=1e-4, move=1e-3, iterations=4),) * 4, Stopping())
 """When to stop solving before foot points are found anew, round by round."""
 POSITIONS = 0.5

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
+from bspline_slam.adjustment import FIRMER, AdjustmentConfig
 from bspline_slam.backends import ONE_PASS, back_end, one_pass
 from bspline_slam.backends.one_pass import RECORDS, records_of
 from bspline_slam.backends.protocol import Estimate
@@ -17,7 +18,7 @@ from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph
 from bspline_slam.logs import open_log
-from bspline_slam.slam import run_slam
+from bspline_slam.slam import SlamConfig, run_slam
 
 STATED = tuple(name for name in ONE_PASS if name != "bs_slam")
 """Those that make do with factors; the other one needs beams."""
@@ -25,9 +26,11 @@ STATED = tuple(name for name in ONE_PASS if name != "bs_slam")
 
 @pytest.fixture(scope="module")
 def real() -> Graph:
-    """The last problem of a run over the sample log, at its starting values, with beams."""
+    """The last problem of a run over the sample log, at its starting values, with beams, its curves held firmly along
+    themselves as filters get them."""
     log = open_log(Path(__file__).parents[3] / "sample_logs" / "three_splines.log.gz")
-    estimate = run_slam(log).snapshot.estimate
+    firm = AdjustmentConfig(slide=FIRMER * AdjustmentConfig().slide)
+    estimate = run_slam(log, SlamConfig(adjustment=firm)).snapshot.estimate
     assert estimate is not None
     return estimate.graph
 
