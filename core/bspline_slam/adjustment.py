@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.backends import FILTERS, IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
+from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
 from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
@@ -229,9 +229,9 @@ def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
 ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
 """Rounds before the last find new foot points anyway."""
 
-FIRMER = 0.2
-"""Share of `slide` in the rounds before the last, lest curves creep together round by round; the last one, from which
-covariances come, has the gauge as configured. Filters linearise once and always get the firmer one."""
+FIRMER = 0.4
+"""Share of `slide` while foot points are found anew: curves held more weakly creep along themselves, round by round,
+and the descent takes ten times the steps."""
 
 RoundProgress = Callable[[float, IterationRecord | None], None]
 
@@ -254,6 +254,7 @@ def adjust_splines(
     """
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
+    firm = replace(config, slide=FIRMER * config.slide)
     for number, gate in enumerate(config.gates):
         if cancelled():
             raise Cancelled("the adjustment was cancelled")
@@ -264,8 +265,7 @@ def adjust_splines(
             feet = find_feet(sights, splines, poses, gate)
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
             splines = thinned(splines, sights, feet, poses, config.trimming, model.fitting) if half else splines
-        stiff = config if last and name not in FILTERS else replace(config, slide=FIRMER * config.slide)
-        graph = build_graph(keys, poses, splines, factors, sights, stiff, model, gate)
+        graph = build_graph(keys, poses, splines, factors, sights, firm, model, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))
         steps = usual_records(name, len(keys)) if last else 6

@@ -27,7 +27,7 @@ STATED = tuple(name for name in ONE_PASS if name != "bs_slam")
 @pytest.fixture(scope="module")
 def real() -> Graph:
     """The last problem of a run over the sample log, at its starting values, with beams, its curves held firmly along
-    themselves as filters get them."""
+    themselves, for filters linearise once."""
     log = open_log(Path(__file__).parents[3] / "sample_logs" / "three_splines.log.gz")
     firm = AdjustmentConfig(slide=FIRMER * AdjustmentConfig().slide)
     estimate = run_slam(log, SlamConfig(adjustment=firm)).snapshot.estimate
