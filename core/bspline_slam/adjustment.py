@@ -23,7 +23,7 @@ from bspline_slam.knots import greville
 from bspline_slam.laser_noise import calibrated
 from bspline_slam.models.protocol import Model, SeenBeams
 from bspline_slam.observation import SplineObservation, across_sigma
-from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet, turned_back
+from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.trimming import TrimmingConfig, thinned, trimmed
 
@@ -98,7 +98,7 @@ def _observations(
 ) -> Iterator[tuple[int, SplineObservation]]:
     """What the model makes of each association that says something, with the number of its piece."""
     kept = np.flatnonzero(feet.counts)
-    normals = se2.rotate(turned_back(poses[sights.pose[kept]]), feet.normals[kept])
+    normals = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
     sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
     weight = 1.0 / np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
     right = (normals * sights.points[kept]).sum(1)
@@ -139,7 +139,7 @@ def _beams(
     """The beams that count, each with the noise of its range: that across the curve, seen along the beam."""
     counts = feet.counts
     pose, directions, ranges = sights.pose[counts], sights.directions[counts], sights.ranges[counts]
-    normals = se2.rotate(turned_back(poses[pose]), feet.normals[counts])
+    normals = se2.rotate(-poses[pose], feet.normals[counts])
     across = across_sigma(normals, directions, ranges, fitting)
     across = np.maximum(across, np.abs(feet.across[counts]) / config.outlier)
     return Beams(
@@ -170,7 +170,7 @@ def _slides(
     cuts = np.searchsorted(owner, np.arange(len(kept) + 1))
     for k, spline in enumerate(kept):
         pose = int(np.bincount(seen[cuts[k] : cuts[k + 1]]).argmax())
-        tangents = se2.rotate(turned_back(poses[pose][None])[0], greville_tangents(spline.curve))
+        tangents = se2.rotate(-poses[pose], greville_tangents(spline.curve))
         local = se2.transform(se2.inverse(poses[pose]), spline.curve.control_points)
         for i, (tangent, q) in enumerate(zip(tangents, local, strict=True)):
             row = tangent[None] / (config.slide * np.sqrt(len(local)))

@@ -8,7 +8,8 @@ from scipy.optimize import nnls
 
 from bspline_slam import se2
 from bspline_slam.models.protocol import Model
-from bspline_slam.sights import Feet, Sights, turned_back
+from bspline_slam.observation import incidence
+from bspline_slam.sights import Feet, Sights
 from bspline_slam.spline_map import SplineMap
 
 LEAST_BEAMS = 500
@@ -56,12 +57,12 @@ def calibrated(model: Model, splines: SplineMap, sights: Sights, feet: Feet, pos
     """The model with the noise of the laser as these feet tell it; beams measure one of the two coordinates of a
     control point."""
     kept = np.flatnonzero(feet.counts)
-    normals = se2.rotate(turned_back(poses[sights.pose[kept]]), feet.normals[kept])
-    directions, fitting = sights.directions[kept], model.fitting
+    normals = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
+    along, beside = incidence(normals, sights.directions[kept])
+    fitting = model.fitting
     unknowns = 3 * len(poses) + splines.control_point_count
-    aside = normals[:, 1] * directions[:, 0] - normals[:, 0] * directions[:, 1]
     range_noise, bearing_noise = laser_noise(
-        feet.across[kept], (normals * directions).sum(1), sights.ranges[kept] * aside,
+        feet.across[kept], along, sights.ranges[kept] * beside,
         (fitting.range_noise, fitting.bearing_noise), unknowns,
     )  # fmt: skip
     return model.with_noise(range_noise, bearing_noise)

@@ -117,6 +117,13 @@ def across_sigma(
     fitting: FittingConfig,
 ) -> Float[np.ndarray, "m"]:
     """Standard deviation of each beam end across the curve: σ_ρ along the beam, ρσ_φ beside it (m)."""
-    along = (normals * directions).sum(1)
-    beside = normals[:, 1] * directions[:, 0] - normals[:, 0] * directions[:, 1]
+    along, beside = incidence(normals, directions)
     return np.sqrt((fitting.range_noise * along) ** 2 + (ranges * fitting.bearing_noise * beside) ** 2)
+
+
+def incidence(
+    normals: Float[np.ndarray, "m 2"], directions: Float[np.ndarray, "m 2"]
+) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+    """n·u and u × n of each beam: how much of a curve's normal lies along the beam, and how much beside it."""
+    beside = normals[:, 1] * directions[:, 0] - normals[:, 0] * directions[:, 1]
+    return (normals * directions).sum(1), beside

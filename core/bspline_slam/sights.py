@@ -113,8 +113,3 @@ def find_feet(sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"
     towards = se2.rotate(poses[sights.pose], -sights.directions)
     facing = (towards * normals).sum(1) > 0.05
     return Feet(t, first, basis, normals, across, (np.abs(across) < gate) & (beyond < 0.05) & facing)
-
-
-def turned_back(poses: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m 3"]:
-    """Poses that undo the headings of `poses` and nothing else."""
-    return np.concatenate([np.zeros((len(poses), 2)), -poses[:, 2:]], axis=1)

@@ -12,7 +12,7 @@ from bspline_slam.fitting import FittingConfig
 from bspline_slam.knots import without_idle_knots
 from bspline_slam.models.protocol import Model
 from bspline_slam.observation import across_sigma
-from bspline_slam.sights import Feet, Sights, turned_back
+from bspline_slam.sights import Feet, Sights
 from bspline_slam.spline_map import SplineMap
 
 
@@ -72,7 +72,7 @@ def thinned(
     """Each spline without the knots that its beams do not ask for."""
     kept = np.flatnonzero(feet.counts)
     normals = feet.normals[kept]
-    seen = se2.rotate(turned_back(poses[sights.pose[kept]]), normals)
+    seen = se2.rotate(-poses[sights.pose[kept]], normals)
     weight = 1.0 / across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
     cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
     out = []

@@ -55,7 +55,7 @@ class BeamResiduals:
         pose, directions, ranges = beams.pose[order], beams.directions[order], beams.ranges[order]
         sights = Sights(owner[order], pose, np.zeros(len(order), np.int64), beams.points[order], directions, ranges)
         feet = find_feet(sights, splines, beams.poses, CRISP)
-        normals = se2.rotate(beams.poses[pose] * (0.0, 0.0, -1.0), feet.normals)
+        normals = se2.rotate(-beams.poses[pose], feet.normals)
         sigma = across_sigma(normals, directions, ranges, fitting)
         cosine = np.abs((normals * directions).sum(1))
         met = feet.counts

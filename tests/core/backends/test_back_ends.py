@@ -134,7 +134,7 @@ def test_cancelling_works_at_any_time(world, name):
         assert len(asked) == stop
 
 
-@pytest.mark.parametrize("name", ITERATING)
+@pytest.mark.parametrize("name", [name for name in BACK_ENDS if name != "bs_slam"])
 def test_a_loose_pose_is_named(world, name):
     graph = world(np.random.default_rng(10)).graph
     loose = replace(

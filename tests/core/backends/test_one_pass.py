@@ -122,18 +122,6 @@ def test_a_pose_tied_by_splines_alone_is_found(world, name):
 
 
 @pytest.mark.parametrize("name", STATED)
-def test_a_loose_pose_is_named(world, name):
-    graph = world(np.random.default_rng(10)).graph
-    loose = replace(
-        graph,
-        pose_factors=tuple(factor for factor in graph.pose_factors if 7 not in (factor.i, factor.j)),
-        spline_factors=tuple(factor for factor in graph.spline_factors if factor.pose != 7),
-    )
-    with pytest.raises(SolverError, match=r"pose 7 \(scan 70\)"):
-        back_end(name).solve(loose)
-
-
-@pytest.mark.parametrize("name", STATED)
 def test_values_that_are_no_numbers_are_refused(world, name):
     graph = world(np.random.default_rng(11)).graph
     poses = graph.poses.copy()
