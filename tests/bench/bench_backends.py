@@ -1,6 +1,6 @@
 """Time of the back ends on a problem the size of the Intel Lab log: `python tests/bench/bench_backends.py`.
 
-1,000 poses on three laps of a square corridor, 260 splines of 10 control points, 7,900 observations of 4-12 of
+1,000 poses on three laps of a square corridor, 150 splines of 10 control points, 7,900 observations of 4-12 of
 them, odometry and loop edges; starting values off by what odometry drift leaves.
 """
 
@@ -29,7 +29,7 @@ UNIFORM_CUBIC = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3
 """Weights of four control points by powers of the parameter."""
 
 
-def intel_sized(rng: np.random.Generator, poses: int = 1000, splines: int = 260, observations: int = 7900) -> Graph:
+def intel_sized(rng: np.random.Generator, poses: int = 1000, splines: int = 150, observations: int = 7900) -> Graph:
     """The synthetic problem; smaller numbers give a smaller one of the same shape."""
     truth = square_laps(poses)
     walls = scattered_walls(rng, splines)

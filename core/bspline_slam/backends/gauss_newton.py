@@ -1,4 +1,5 @@
-"""The loop that all batch back ends share: Gauss-Newton, damped as Levenberg-Marquardt where a step would climb.
+"""The loop that all batch back ends share: Gauss-Newton (or better, where a problem offers it), damped as
+Levenberg-Marquardt where a step would climb.
 
 Unobserved directions (a control point that no beam touched, a wall along itself) do not stop it: each step is held
 by an information of `STEP_INFORMATION` per m² or rad², i.e. σ = 1 km, which moves no optimum and leaves what
@@ -61,7 +62,11 @@ class Linearised(Protocol):
     """A problem near one state: gradient and Gauss-Newton matrix H."""
 
     def step(self, damping: float) -> State:
-        """Solve (H + (STEP_INFORMATION + damping)·I) step = −gradient. Raises SolverError where it is singular."""
+        """Solve (H + (STEP_INFORMATION + damping)·I) step = −gradient. Raises SolverError where it is singular.
+
+        Undamped it may be the step of Newton, which knows how residuals bend: it squares what is left to go, where
+        Gauss-Newton takes a share of it that weakly held curves make small.
+        """
         ...
 
 

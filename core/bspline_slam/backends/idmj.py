@@ -193,11 +193,11 @@ class LocatedPoses:
         """The factor of the poses' own matrix."""
         none = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 1), dtype=bool)
         pattern = Pattern(self.pattern.edges, self.pattern.edge_slot, *none)
-        blocks = Blocks(
-            self.blocks.pose,
-            self.blocks.edge,
-            np.zeros((0, 2, 3)),
-            np.zeros((0, 1, 2, 2)),
-            poses_of(self.blocks.gradient),
+        blocks = replace(
+            self.blocks,
+            sight=np.zeros((0, 2, 3)),
+            bent_sight=np.zeros((0, 2, 3)),
+            curve=np.zeros((0, 1, 2, 2)),
+            gradient=poses_of(self.blocks.gradient),
         )
         return Analysis.from_pattern(pattern, len(blocks.pose)).factorise(blocks, damping)

@@ -30,13 +30,29 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Blocks:
-    """Gradient and Gauss-Newton matrix in the blocks of a pattern (shapes: `kernels.linearise`)."""
+    """Gradient and Gauss-Newton matrix in the blocks of a pattern (shapes: `kernels.linearise`).
+
+    `bent_*` are what the matrix of Newton has beyond that: residuals times second derivatives, and robust kernels that
+    grow flatter.
+    """
 
     pose: Float[np.ndarray, "n 3 3"]
     edge: Float[np.ndarray, "p 3 3"]
     sight: Float[np.ndarray, "q 2 3"]
     curve: Float[np.ndarray, "N w 2 2"]
     gradient: State
+    bent_pose: Float[np.ndarray, "n 3 3"]
+    bent_edge: Float[np.ndarray, "p 3 3"]
+    bent_sight: Float[np.ndarray, "q 2 3"]
+
+    def newton(self) -> Blocks:
+        """The same with the matrix of Newton in place of that of Gauss and Newton; it may be indefinite."""
+        return replace(
+            self,
+            pose=self.pose + self.bent_pose,
+            edge=self.edge + self.bent_edge,
+            sight=self.sight + self.bent_sight,
+        )
 
 
 def find_pattern(curves: CurveTerms, edges: EdgeTerms, control_points: int) -> Pattern:
@@ -105,15 +121,19 @@ def linearise_terms(curves: CurveTerms, edges: EdgeTerms, pattern: Pattern, stat
         np.zeros((len(pattern.sights), 2, 3)),
         np.zeros((N, w, 2, 2)),
         State(np.zeros((n, 3)), np.zeros((N, 2))),
+        np.zeros((n, 3, 3)),
+        np.zeros((len(pattern.edges), 3, 3)),
+        np.zeros((len(pattern.sights), 2, 3)),
     )
     if len(curves.first):
         linearise.linearise_curves(
             *(state.poses, state.control_points, curves.observer, curves.first, curves.size, curves.start),
             *(curves.A, curves.b, curves.gram, pattern.sight_slot),
             *(blocks.pose, blocks.sight, blocks.curve, blocks.gradient.poses, blocks.gradient.control_points),
+            *(blocks.bent_pose, blocks.bent_sight),
         )
     linearise.linearise_edges(
         *(state.poses, edges.tail, edges.head, edges.measured, edges.sqrt_information, edges.kernel),
-        *(pattern.edge_slot, blocks.pose, blocks.edge, blocks.gradient.poses),
+        *(pattern.edge_slot, blocks.pose, blocks.edge, blocks.gradient.poses, blocks.bent_pose, blocks.bent_edge),
     )
     return blocks

@@ -75,9 +75,11 @@ def curve_cost(poses, control_points, observer, first, size, start, A, b):
 
 @njit(cache=True, nogil=True)
 def linearise_curves(
-    poses, control_points, observer, first, size, start, A, b, gram, sight, H_pose, H_sight, H_curve, g_pose, g_curve
-):
-    """Add the curve terms to the blocks of the matrix and to the gradient."""
+    poses, control_points, observer, first, size, start, A, b, gram, sight, H_pose, H_sight, H_curve, g_pose, g_curve,
+    S_pose, S_sight,
+):  # fmt: skip
+    """Add the curve terms to the blocks of the Gauss-Newton matrix and to the gradient, and to `S_pose` and `S_sight`
+    what Newton's matrix has beyond it: with g = Aᵀe, the sum of g·∂²q over the points."""
     rows, points = _largest(size)
     q, e, u = np.empty(2 * points), np.empty(rows), np.empty((2 * points, 3))
     for f in range(len(first)):
@@ -96,6 +98,14 @@ def linearise_curves(
                 g_pose[i, 0] -= c * g_x - s * g_y
                 g_pose[i, 1] -= s * g_x + c * g_y
                 g_pose[i, 2] += g_x * q[2 * k + 1] - g_y * q[2 * k]
+                u_x, u_y = -s * g_x - c * g_y, c * g_x - s * g_y
+                S_sight[sight[f] + k, 0, 2] += u_x
+                S_sight[sight[f] + k, 1, 2] += u_y
+                S_pose[i, 0, 2] -= u_x
+                S_pose[i, 1, 2] -= u_y
+                S_pose[i, 2, 0] -= u_x
+                S_pose[i, 2, 1] -= u_y
+                S_pose[i, 2, 2] -= g_x * q[2 * k] + g_y * q[2 * k + 1]
         _linearise_points(G, c, s, H_curve[k0 : k0 + w // 2])
         if i >= 0:
             _linearise_observer(G, q, c, s, u, H_pose[i], H_sight[sight[f] : sight[f] + w // 2])
@@ -186,13 +196,17 @@ def edge_cost(poses, tail, head, measured, sqrt_information, kernel):
 
 
 @njit(cache=True, nogil=True)
-def linearise_edges(poses, tail, head, measured, sqrt_information, kernel, slot, H_pose, H_edge, g_pose):
-    """Add the edge terms to the blocks of the matrix and to the gradient."""
-    e, J_i, J_j = np.empty(3), np.zeros((3, 3)), np.zeros((3, 3))
+def linearise_edges(
+    poses, tail, head, measured, sqrt_information, kernel, slot, H_pose, H_edge, g_pose, S_pose, S_edge
+):  # fmt: skip
+    """Add the edge terms to the blocks of the Gauss-Newton matrix and to the gradient, and to `S_pose` and `S_edge`
+    what Newton's matrix has beyond it."""
+    e, J_i, J_j, v_i, v_j = np.empty(3), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     for f in range(len(head)):
         base_x, base_y, c, s = _edge_residual(f, poses, tail, head, measured, sqrt_information, e)
         square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
         weight = 1.0 / (1.0 + square / (kernel[f] * kernel[f]))
+        flatter = -2.0 * weight * weight / (kernel[f] * kernel[f])
         S = sqrt_information[f]
         for row in range(3):
             J_j[row, 0] = c * S[row, 0] - s * S[row, 1]
@@ -202,16 +216,44 @@ def linearise_edges(poses, tail, head, measured, sqrt_information, kernel, slot,
             J_i[row, 2] = base_y * S[row, 0] - base_x * S[row, 1] - S[row, 2]
         i, j = tail[f], head[f]
         for a in range(3):
-            g_pose[j, a] += weight * (J_j[0, a] * e[0] + J_j[1, a] * e[1] + J_j[2, a] * e[2])
+            v_i[a] = J_i[0, a] * e[0] + J_i[1, a] * e[1] + J_i[2, a] * e[2]
+            v_j[a] = J_j[0, a] * e[0] + J_j[1, a] * e[1] + J_j[2, a] * e[2]
+        for a in range(3):
+            g_pose[j, a] += weight * v_j[a]
             for d in range(3):
                 H_pose[j, a, d] += weight * (J_j[0, a] * J_j[0, d] + J_j[1, a] * J_j[1, d] + J_j[2, a] * J_j[2, d])
+                S_pose[j, a, d] += flatter * v_j[a] * v_j[d]
                 if i < 0:
                     continue
                 H_pose[i, a, d] += weight * (J_i[0, a] * J_i[0, d] + J_i[1, a] * J_i[1, d] + J_i[2, a] * J_i[2, d])
+                S_pose[i, a, d] += flatter * v_i[a] * v_i[d]
                 cross = weight * (J_i[0, a] * J_j[0, d] + J_i[1, a] * J_j[1, d] + J_i[2, a] * J_j[2, d])
                 if i < j:
                     H_edge[slot[f], a, d] += cross
+                    S_edge[slot[f], a, d] += flatter * v_i[a] * v_j[d]
                 else:
                     H_edge[slot[f], d, a] += cross
+                    S_edge[slot[f], d, a] += flatter * v_i[a] * v_j[d]
             if i >= 0:
-                g_pose[i, a] += weight * (J_i[0, a] * e[0] + J_i[1, a] * e[1] + J_i[2, a] * e[2])
+                g_pose[i, a] += weight * v_i[a]
+        if i >= 0:
+            _bend_edge(i, i < j, slot[f], weight, S, e, base_x, base_y, c, s, S_pose, S_edge)
+
+
+@njit(cache=True, nogil=True)
+def _bend_edge(i, forward, slot, weight, S, e, base_x, base_y, c, s, S_pose, S_edge):
+    """Residual times second derivative of one relative pose: as of a single point seen from its tail."""
+    h_x = weight * (S[0, 0] * e[0] + S[1, 0] * e[1] + S[2, 0] * e[2])
+    h_y = weight * (S[0, 1] * e[0] + S[1, 1] * e[1] + S[2, 1] * e[2])
+    u_x, u_y = -s * h_x - c * h_y, c * h_x - s * h_y
+    S_pose[i, 2, 2] -= h_x * base_x + h_y * base_y
+    S_pose[i, 0, 2] -= u_x
+    S_pose[i, 1, 2] -= u_y
+    S_pose[i, 2, 0] -= u_x
+    S_pose[i, 2, 1] -= u_y
+    if forward:
+        S_edge[slot, 2, 0] += u_x
+        S_edge[slot, 2, 1] += u_y
+    else:
+        S_edge[slot, 0, 2] += u_x
+        S_edge[slot, 1, 2] += u_y

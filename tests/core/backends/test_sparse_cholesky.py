@@ -73,6 +73,34 @@ def test_damping_is_added_to_the_diagonal(world):
     np.testing.assert_allclose(np.append(step.poses.ravel(), step.control_points.ravel()), expected, atol=1e-10)
 
 
+def test_the_matrix_of_newton_is_the_derivative_of_the_gradient(world):
+    graph = world(np.random.default_rng(5), start_error=0.3).graph
+    problem, poses = FullProblem.from_graph(graph), 3 * len(graph.poses)
+    start = np.append(graph.poses.ravel(), graph.control_points.ravel())
+
+    def gradient(unknowns: np.ndarray) -> np.ndarray:
+        state = State(unknowns[:poses].reshape(-1, 3), unknowns[poses:].reshape(-1, 2))
+        found = problem.linearise(state).blocks.gradient
+        return np.append(found.poses.ravel(), found.control_points.ravel())
+
+    nudges = 1e-5 * np.eye(len(start))
+    expected = np.array([(gradient(start + nudge) - gradient(start - nudge)) / 2e-5 for nudge in nudges])
+    system = problem.linearise(State(graph.poses, graph.control_points))
+    newton = dense(system.blocks.newton(), system.analysis.pattern)
+    gauss_newton = dense(system.blocks, system.analysis.pattern)
+    assert np.abs(gauss_newton - expected).max() > 1.0
+    np.testing.assert_allclose(newton, expected + STEP_INFORMATION * np.eye(len(start)), atol=1e-7 * expected.max())
+
+
+def test_where_newton_s_matrix_is_indefinite_the_step_is_that_of_gauss_and_newton(world):
+    system = linearised(world(np.random.default_rng(6)).graph)
+    gradient = system.blocks.gradient
+    system.blocks.bent_pose[3] -= 1e9 * np.eye(3)
+    expected = -system.factorise().solve(np.append(gradient.poses.ravel(), gradient.control_points.ravel())[:, None])
+    step = system.step(0.0)
+    np.testing.assert_allclose(np.append(step.poses.ravel(), step.control_points.ravel()), expected[:, 0])
+
+
 def test_a_matrix_that_is_not_positive_names_the_unknown(world):
     system = linearised(world(np.random.default_rng(3)).graph)
     system.blocks.pose[4] -= 1e9 * np.eye(3)
