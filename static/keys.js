@@ -1,11 +1,11 @@
-// Keys and clicks of the map, told to Python by name.
+// Keys and clicks of the map: a key does the action that the table gives it.
 
+import { actionOf, perform } from "./actions.js";
 import { worldAt } from "./camera.js";
 import { send, viewer } from "./channel.js";
-import { zoomBy } from "./zoom.js";
+import { openDialog } from "./dialog.js";
 
 const CAMERA_CODES = new Set(["KeyW", "KeyA", "KeyS", "KeyD", "KeyQ", "KeyE"]);
-const REPEATING = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", ",", ".", "+", "=", "-"]);
 const ALONE = new Set(["Shift", "Control", "Alt", "Meta", "CapsLock", "Dead", "Process", "Unidentified"]);
 const PRESSING = new Set([" ", "Enter"]); // these work a focused button
 const STEERING = /^(Arrow|Home|End|Page)/; // these work a focused slider, tab or list
@@ -13,7 +13,7 @@ const CLICK_PIXELS = 4;
 
 const writes = (target) => target.matches?.("input:not([type=range], [type=checkbox]), textarea, select, [contenteditable=true]");
 const steers = (target) => target.closest?.("[role=slider], [role=tablist], [role=listbox], [role=menu], [role=dialog]");
-const presses = (target) => target.closest?.("button, input[type=checkbox], a[href], summary, [role=button], [role=switch]");
+const presses = (target) => target.closest?.("button, input[type=checkbox], a[href], summary, [role=button], [role=switch], [role=tab]");
 
 /** The name of a key press: "f", "?", " ", "Shift+ArrowRight", "Ctrl+z"; a shifted character is that character. */
 export function nameOf(event) {
@@ -24,6 +24,7 @@ export function nameOf(event) {
 }
 
 function pressed(event) {
+  if (openDialog()) return inDialog(event);
   if (writes(event.target)) return;
   if (CAMERA_CODES.has(event.code) || event.code.startsWith("Arrow")) {
     if (steers(event.target)) return;
@@ -32,11 +33,17 @@ function pressed(event) {
   if (ALONE.has(event.key) || event.isComposing || event.key === "Tab") return;
   if (PRESSING.has(event.key) && presses(event.target)) return;
   if (STEERING.test(event.key) && steers(event.target)) return;
-  if (event.repeat && !REPEATING.has(event.key)) return;
-  const modified = event.ctrlKey || event.metaKey || event.altKey;
-  if (modified ? /^[zy]$/i.test(event.key) : !/^(F\d+|Escape)$/.test(event.key)) event.preventDefault();
-  const name = nameOf(event);
-  if (!zoomBy(name)) send("key", name);
+  const action = actionOf(nameOf(event));
+  if (!action) return;
+  event.preventDefault();
+  if (!event.repeat || action.repeats) perform(action.id);
+}
+
+// A dialog has its own keys, and none of the map's; what opened it closes it.
+function inDialog(event) {
+  if (writes(event.target) || !["help", "palette"].includes(actionOf(nameOf(event))?.id)) return;
+  event.preventDefault();
+  openDialog().close();
 }
 
 // What was worked with the mouse gives the keys back to the map; who came by the keyboard stays.

@@ -1,5 +1,6 @@
 // The legend: what hue, line and glyph say. It can be folded away, and remembers that.
 
+import { does } from "./actions.js";
 import { on } from "./channel.js";
 import { layer } from "./overlay.js";
 
@@ -36,5 +37,6 @@ export function start() {
     body.replaceChildren(...sections.map(section));
     legend.hidden = sections.length === 0;
   });
+  does("legend", () => (legend.open = !legend.open));
   legend.hidden = true;
 }

@@ -1,12 +1,17 @@
-// The page's own script: it locks the camera, names keys and clicks, and adds grid, scale, legend and timeline.
+// The page's own script: it locks the camera, turns keys into actions, and adds grid, scale, legend, timeline,
+// palette and help sheet.
 
+import { start as startActions } from "./actions.js";
 import { start as startCamera } from "./camera.js";
 import { open } from "./channel.js";
 import { start as startGrid } from "./grid.js";
 import { start as startKeys } from "./keys.js";
 import { start as startLegend } from "./legend.js";
 import { start as startOverlay } from "./overlay.js";
+import { start as startPalette } from "./palette.js";
 import { start as startRows } from "./rows.js";
+import { start as startSheet } from "./sheet.js";
+import { start as startTabs } from "./tabs.js";
 import { start as startTimeline } from "./timeline.js";
 import { start as startZoom } from "./zoom.js";
 
@@ -17,5 +22,9 @@ startLegend();
 startTimeline();
 startZoom();
 startCamera();
+startPalette();
+startSheet();
+startTabs();
+startActions();
 startKeys();
 startRows();

@@ -1,5 +1,6 @@
 // The timeline: where the cursor stands among the scans, what is processed, what to find again, and the play buttons.
 
+import { does, perform, titleOf, watchActions } from "./actions.js";
 import { coverBottom } from "./camera.js";
 import { on, send } from "./channel.js";
 import { layer } from "./overlay.js";
@@ -8,10 +9,10 @@ const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 50];
 const ICONS = {
   play: "M7 4.5v15l12.5-7.5z",
   pause: "M6.5 5h4v14h-4zM13.5 5h4v14h-4z",
-  back10: "M11.5 5v14l-8-7zM20.5 5v14l-8-7z",
-  back: "M16.5 5v14l-9-7z",
-  on: "M7.5 5v14l9-7z",
-  on10: "M3.5 5v14l8-7zM12.5 5v14l8-7z",
+  "back-10": "M11.5 5v14l-8-7zM20.5 5v14l-8-7z",
+  "previous-scan": "M16.5 5v14l-9-7z",
+  "next-scan": "M7.5 5v14l9-7z",
+  "on-10": "M3.5 5v14l8-7zM12.5 5v14l8-7z",
 };
 const CORNERS = 44; // px: the scale and the legend stand above the timeline
 const MARKS = [
@@ -20,37 +21,30 @@ const MARKS = [
   ["lost", "--scope-mark-lost", 0, 1],
 ];
 
-const ask = (command, value = 0) => send("timeline", { command, value });
+const ask = (command, value) => send("timeline", { command, value });
 
 let state = { index: 0, length: 0, processed: 0, playing: false, speed: 1, label: "" };
 let marks = { key: [], loop: [], lost: [] };
 let held = false; // while a person drags the thumb it is theirs
 
-function button(name, label, act) {
+function button(id) {
   const made = document.createElement("button");
   made.type = "button";
-  made.className = `scope-button scope-${name}`;
-  made.addEventListener("click", act);
-  dress(made, name, label);
+  made.className = `scope-button scope-${id}`;
+  made.addEventListener("click", () => perform(id));
+  dress(made, id, titleOf(id));
   return made;
 }
 
-function dress(made, icon, label) {
-  if (made.dataset.icon === icon) return;
+function dress(made, icon, title) {
+  if (made.dataset.icon === icon && made.title === title) return;
   made.dataset.icon = icon;
-  made.setAttribute("aria-label", label);
-  made.title = label;
+  made.setAttribute("aria-label", title);
+  made.title = title;
   made.innerHTML = `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[icon]}"/></svg>`;
 }
 
-const play = button("play", "Play (Space)", () => ask(state.playing ? "pause" : "play"));
-const buttons = [
-  button("back10", "Back 10 scans (Shift+←)", () => ask("step", -10)),
-  button("back", "Back 1 scan (←)", () => ask("step", -1)),
-  play,
-  button("on", "Forward 1 scan (→)", () => ask("step", 1)),
-  button("on10", "Forward 10 scans (Shift+→)", () => ask("step", 10)),
-];
+const buttons = new Map(["back-10", "previous-scan", "play", "next-scan", "on-10"].map((id) => [id, button(id)]));
 const track = document.createElement("div");
 const strip = document.createElement("canvas");
 const slider = document.createElement("input");
@@ -62,10 +56,12 @@ const speed = document.createElement("select");
 
 function show() {
   const last = Math.max(state.length - 1, 0);
-  dress(play, state.playing ? "pause" : "play", state.playing ? "Pause (Space)" : "Play (Space)");
+  for (const [id, made] of buttons) if (id !== "play") dress(made, id, titleOf(id));
+  const doing = state.playing ? "pause" : "play";
+  dress(buttons.get("play"), doing, titleOf("play", doing === "play" ? "Play" : "Pause"));
   slider.max = last;
   slider.disabled = state.length === 0;
-  for (const each of buttons) each.disabled = state.length === 0;
+  for (const each of buttons.values()) each.disabled = state.length === 0;
   if (!held) slider.value = state.index;
   slider.setAttribute("aria-valuetext", `scan ${state.index} of ${last}`);
   if (document.activeElement !== jump) jump.value = state.index;
@@ -120,7 +116,7 @@ function build() {
   speed.append(...SPEEDS.map((each) => new Option(`${each}×`, each)));
   const controls = document.createElement("div");
   controls.className = "scope-buttons";
-  controls.append(...buttons);
+  controls.append(...buttons.values());
   track.append(strip, slider);
   row.append(counter, note, controls, speed);
   bar.append(track, row);
@@ -145,6 +141,12 @@ export function start() {
     ask("speed", Number(speed.value));
     speed.blur();
   });
+  does("go-to-scan", () => {
+    jump.focus();
+    jump.select();
+  });
+  jump.addEventListener("keydown", (event) => event.key === "Escape" && jump.blur());
+  watchActions(show);
   on("timeline", (value) => {
     state = value;
     bar.hidden = false;

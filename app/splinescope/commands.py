@@ -122,6 +122,11 @@ class Select:
 
 
 @dataclass(frozen=True, slots=True)
+class Leave:
+    """Step back out of what is being done: nothing is selected any more."""
+
+
+@dataclass(frozen=True, slots=True)
 class ShowClosure:
     """Go to the later scan of the loop closure of this number, and look at the closure."""
 
@@ -216,6 +221,7 @@ Command = (
     | SetLayer
     | ToggleLayers
     | Select
+    | Leave
     | ShowClosure
     | LeafThrough
     | ShowObservation

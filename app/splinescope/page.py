@@ -1,16 +1,17 @@
 """The page: one viewer window with a locked top-down camera, its keys, clicks and timeline.
 
     page = open_page("127.0.0.1", 8080, title="SplineScope")
-    page.on_key(lambda name: ...)                    # "ArrowRight", "Shift+ArrowRight", " ", "f", "?", "Ctrl+z"
+    page.send("actions", described())                # the table of actions: keys, buttons, palette, help sheet
+    page.on_action(lambda name: ...)                 # "next-scan"
     page.on_click(lambda point, metres_per_pixel, client: ...)
     page.timeline(TimelineState(index=3, length=100, processed=40))
-    page.on_timeline(lambda command, value: ...)     # ("play", 0), ("pause", 0), ("seek", 17), ("step", ±1 or ±10),
-                                                     # ("speed", 2)
+    page.on_timeline(lambda command, value: ...)     # ("seek", 17), ("speed", 2)
     page.on_row(lambda name, number: ...)            # ("closure", 17)
     page.on_view(lambda: ...)                        # somebody panned, zoomed, connected or left
 
 Callbacks run one after another on the server's own thread, in the order in which people acted: let them post a command
-and return. Every page that looks on shares the scene and the timeline; each has its own view.
+and return. While one runs, `asker()` tells the client whose person acted. Every page that looks on shares the scene and
+the timeline; each has its own view.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
+from splinescope.asker import asked_by
 from splinescope.page_channel import PageEvent, PageState
 from splinescope.page_server import ANY_ADDRESS, start_server, stop_server
 from splinescope.page_values import Bounds, Mark, TimelineState, Viewport
@@ -35,7 +37,7 @@ logger = logging.getLogger(__name__)
 FIELD_OF_VIEW = 0.002  # rad: so narrow that the view is parallel to a thousandth of what is seen
 BRAND = (0, 114, 178)
 
-KeyCallback = Callable[[str], None]
+ActionCallback = Callable[[str], None]
 ClickCallback = Callable[[Float[np.ndarray, "2"], float, viser.ClientHandle], None]
 TimelineCallback = Callable[[str, float], None]
 RowCallback = Callable[[str, int], None]
@@ -55,9 +57,9 @@ class Page:
         self.url = f"http://{'localhost' if host in ANY_ADDRESS else host}:{server.get_port()}"
         self._viewports: dict[int, Viewport] = {}
         self._marks: tuple[Mark, ...] | None = None
-        self._fits = 0
+        self._fits = self._performed = 0
         self._name = secrets.token_hex(4)
-        self._keys: list[KeyCallback] = []
+        self._actions: list[ActionCallback] = []
         self._clicks: list[ClickCallback] = []
         self._timelines: list[TimelineCallback] = []
         self._rows: list[RowCallback] = []
@@ -120,9 +122,9 @@ class Page:
         return next(reversed(tuple(self._viewports.values())), None)
 
     # -- what people do ------------------------------------------------------------------------------------------
-    def on_key(self, callback: KeyCallback) -> None:
-        """Call back with the name of every key pressed outside of an input."""
-        self._keys.append(callback)
+    def on_action(self, callback: ActionCallback) -> None:
+        """Call back with the id of every action asked for by a key, by a button of ours, or from the palette."""
+        self._actions.append(callback)
 
     def on_click(self, callback: ClickCallback) -> None:
         """Call back with the point of the world that was clicked, the scale, and the page's client."""
@@ -139,6 +141,11 @@ class Page:
     def on_view(self, callback: Callable[[], None]) -> None:
         """Call back when some page sees something else than before."""
         self._views.append(callback)
+
+    def perform(self, action: str, client: viser.ClientHandle | None = None) -> None:
+        """Let the script of one page, or of every page, do an action of its own."""
+        self._performed += 1
+        self.send("perform", {"action": action, "number": f"{self._name}-{self._performed}"}, client)
 
     def timeline(self, state: TimelineState) -> None:
         """Show this on the timeline of every page."""
@@ -160,14 +167,15 @@ class Page:
         except (ValueError, KeyError, TypeError):
             logger.warning("the page sent a %s event that makes no sense: %.200s", event.topic, event.value)
             return
-        for callback, arguments in calls:
-            callback(*arguments)
+        with asked_by(client_id):
+            for callback, arguments in calls:
+                callback(*arguments)
 
     def _calls(self, client_id: int, topic: str, value: Any) -> list[tuple[Callable[..., None], tuple[Any, ...]]]:
         """Who is to be called about an event, with what."""
         match topic:
-            case "key":
-                return [(callback, (str(value),)) for callback in self._keys]
+            case "action":
+                return [(callback, (str(value),)) for callback in self._actions]
             case "timeline":
                 return [(callback, (str(value["command"]), float(value["value"]))) for callback in self._timelines]
             case "row":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from splinescope.actions import described, refusals
 from splinescope.camera import Camera, bounds
 from splinescope.page import Bounds, Mark, Page, TimelineState
 from splinescope.panels.panel import Post
@@ -27,6 +28,8 @@ class Presenter:
         self._scene = Scene(page)
         self._camera = Camera(page)
         self._side_bar = SideBar(page.server.gui, post)
+        self._refusals: dict[str, str] | None = None
+        page.send("actions", described())
         self._drawn = self._refreshed = -1
         self._draw_time = self._panel_time = self._mark_time = 0.0
         self._was_busy = False
@@ -59,6 +62,7 @@ class Presenter:
             self._panel_time, self._refreshed = now, session.revision
             with self._page.server.atomic():
                 self._side_bar.refresh(session)
+            self._refuse(refusals(session))
 
     def page_moved(self) -> None:
         """Some page sees another part of the world, or a new one has come."""
@@ -69,6 +73,10 @@ class Presenter:
     def fit(self) -> None:
         """Show the whole map in every page."""
         self._camera.fit(self._bounds())
+
+    def perform(self, action: str, client: int | None) -> None:
+        """Let the script of a page do an action of its own; of every page where nobody asked."""
+        self._page.perform(action, self._page.server.get_clients().get(client) if client is not None else None)
 
     def _bounds(self) -> Bounds:
         return bounds(self._session.map_view, self._session.scan_view)
@@ -107,6 +115,11 @@ class Presenter:
             self._marks_of, self._mark_time = sources, now
             self._marks = marks(self._session)
         return self._marks
+
+    def _refuse(self, now: dict[str, str]) -> None:
+        if now != self._refusals:
+            self._refusals = now
+            self._page.send("refusals", now)
 
     def _notify(self) -> None:
         notices, self._session.notices = self._session.notices, []

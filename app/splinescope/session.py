@@ -207,6 +207,8 @@ class Session:
                 self._follow()
             case ask.Select(selection=selection):
                 self.selection = selection
+            case ask.Leave():
+                self.selection = None
             case ask.ShowClosure(number=number):
                 self._show_closure(number)
             case ask.LeafThrough(page=page):

@@ -21,12 +21,12 @@ from bspline_slam.errors import SplineSlamError
 from bspline_slam.logs import open_log
 from splinescope import commands as ask
 from splinescope import preferences as prefs
-from splinescope.keys import PageAction, binding_of
+from splinescope.actions import PageRequest, Perform, find
+from splinescope.asker import asker
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.page import Page, open_page
 from splinescope.panels import closures
-from splinescope.panels.help import HelpSheet
 from splinescope.paths import find_log
 from splinescope.picking import pick
 from splinescope.presenter import Presenter
@@ -52,7 +52,15 @@ class PageMoved:
     """Some page sees another part of the world, or a new page has come."""
 
 
-Posted = ask.Command | PageAction | Click | PageMoved | Message
+Posted = ask.Command | Perform | Click | PageMoved | Message
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arrival:
+    """Something posted, and the client whose person asked for it (None: the program itself)."""
+
+    item: Posted
+    client: int | None
 
 
 def view(
@@ -86,15 +94,14 @@ class Viewer:
     def __init__(self, page: Page, preferences: Path) -> None:
         self._page = page
         self._preferences_path = preferences
-        self._inbox: queue.SimpleQueue[Posted] = queue.SimpleQueue()
+        self._inbox: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
         self._stopped = threading.Event()
         self._worker = Worker(self.post)
         self._worker.start()
         self.session = Session(self._worker, self._open, prefs.load(preferences))
         self._presenter = Presenter(page, self.session, self.post)
-        self._help = HelpSheet(page.server.gui, self.post)
         self._kept = self.session.preferences
-        page.on_key(self._key)
+        page.on_action(lambda action: self.post(Perform(action)))
         page.on_click(lambda point, scale, client: self.post(Click(point, scale)))
         page.on_timeline(self._timeline)
         page.on_row(self._row)
@@ -108,27 +115,16 @@ class Viewer:
     # -- from other threads --------------------------------------------------------------------------------------
     def post(self, item: Posted) -> None:
         """Hand something to the owner thread."""
-        self._inbox.put(item)
+        self._inbox.put(Arrival(item, asker()))
 
     def stop(self) -> None:
         """Let `run` return."""
         self._stopped.set()
 
-    def _key(self, name: str) -> None:
-        binding = binding_of(name)
-        if binding is not None:
-            self.post(binding.does)
-
     def _timeline(self, command: str, value: float) -> None:
         match command:
-            case "play":
-                self.post(ask.Play())
-            case "pause":
-                self.post(ask.Pause())
             case "seek":
                 self.post(ask.Seek(int(value)))
-            case "step":
-                self.post(ask.Step(int(value)))
             case "speed":
                 self.post(ask.SetSpeed(value))
 
@@ -152,8 +148,8 @@ class Viewer:
     def run(self) -> None:
         """The loop; returns after `stop`."""
         while not self._stopped.is_set():
-            for item in self._arrivals():
-                self._guarded(lambda item=item: self._take(item))
+            for arrival in self._arrivals():
+                self._guarded(lambda arrival=arrival: self._take(arrival.item, arrival.client))
             self.session.tick()
             self._guarded(self._presenter.show)
             self._remember()
@@ -163,23 +159,23 @@ class Viewer:
         self._worker.close()
         self._page.stop()
 
-    def _arrivals(self) -> list[Posted]:
+    def _arrivals(self) -> list[Arrival]:
         """What has come since the last time, or until something must be shown; of seeks in a row only the newest."""
-        items: list[Posted] = []
+        items: list[Arrival] = []
         try:
             items.append(self._inbox.get(timeout=self._presenter.seconds_idle))
             while True:
                 item = self._inbox.get_nowait()
-                if isinstance(item, ask.Seek) and isinstance(items[-1], ask.Seek):
+                if isinstance(item.item, ask.Seek) and isinstance(items[-1].item, ask.Seek):
                     items.pop()
                 items.append(item)
         except queue.Empty:
             return items
 
-    def _take(self, item: Posted) -> None:
+    def _take(self, item: Posted, client: int | None = None) -> None:
         match item:
-            case PageAction():
-                self._act(item)
+            case Perform():
+                self._perform(item.action, client)
             case Click():
                 found = pick(self.session.view, item.point, CLICK_PIXELS * item.metres_per_pixel)
                 self.session.apply(ask.Select(found))
@@ -200,22 +196,22 @@ class Viewer:
             if sentence not in self.session.troubles:
                 self.session.tell(Notice("Something went wrong", sentence, bad=True))
 
-    def _act(self, action: PageAction) -> None:
-        session = self.session
-        match action:
-            case PageAction.FIT:
+    def _perform(self, name: str, client: int | None) -> None:
+        action, session = find(name), self.session
+        if action is None:
+            logger.warning("no action is called %.80s", name)
+            return
+        refusal = action.refusal(session)
+        if refusal is not None:
+            session.tell(Notice(action.words, refusal))
+            return
+        match request := action.request(session):
+            case PageRequest.FIT:
                 self._presenter.fit()
-            case PageAction.HELP:
-                self._help.toggle()
-            case PageAction.ESCAPE:
-                self._help.close()
-                session.apply(ask.Select(None))
-            case PageAction.OPTIMISE:
-                session.apply(ask.Optimise())
-            case PageAction.FOLLOW_PROCESSING:
-                session.apply(ask.FollowProcessing(not session.following))
-            case PageAction.FOLLOW_ROBOT:
-                session.apply(ask.FollowRobot(not session.preferences.follow_robot))
+            case PageRequest.SCRIPT:
+                self._presenter.perform(name, client)
+            case _:
+                session.apply(request)
 
     def _remember(self) -> None:
         if self.session.preferences != self._kept:

@@ -13,7 +13,10 @@ from playwright.sync_api import Browser, Page
 
 ARTEFACTS = Path(__file__).parents[2] / "artefacts"
 PATIENCE = 60.0  # s: the slowest machine that tests run on
-READY = "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
+READY = (
+    "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
+    " && splinescope.latest.has('actions')"
+)
 
 
 @dataclass

@@ -9,13 +9,15 @@ import pytest
 from playwright.sync_api import Browser
 
 from app.browser import Window, opened
+from splinescope.actions import described
 from splinescope.page import Page, open_page
 
 
 @pytest.fixture
 def page() -> Iterator[Page]:
-    """An empty page of ours on a free port."""
+    """An empty page of ours on a free port, with the table of actions."""
     page = open_page("127.0.0.1", 0, title="SplineScope")
+    page.send("actions", described())
     yield page
     page.stop()
 

@@ -10,16 +10,19 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from app.browser import Window, until
 from bspline_slam.errors import ConfigError
 from splinescope import table
+from splinescope.actions import ACTIONS, PageRequest
 from splinescope.page import Mark, Page, TimelineState, open_page
 
 Opener = Callable[..., Window]
 ROOM = (-3.0, -2.0, 7.0, 4.0)
+PLAYWRIGHT_NAMES = {" ": "Space"}
 CAMERA_KEYS = ["w", "a", "s", "d", "q", "e", "ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"]
 
 
@@ -146,8 +149,8 @@ def test_a_finger_drags_and_two_fingers_pinch(page: Page, open_window: Opener) -
 
 
 def test_buttons_and_keys_zoom(page: Page, open_window: Opener) -> None:
-    pressed: list[str] = []
-    page.on_key(pressed.append)
+    asked: list[str] = []
+    page.on_action(asked.append)
     window = open_window(page.url)
     page.fit(ROOM)
     until(lambda: window.viewport()["metresPerPixel"] < 0.03, "the fit")
@@ -165,8 +168,8 @@ def test_buttons_and_keys_zoom(page: Page, open_window: Opener) -> None:
         act()
         until(lambda zoom=zoom: window.viewport()["metresPerPixel"] == pytest.approx(zoom * near, rel=0.01), "the zoom")
     window.page.get_by_role("button", name="Show the whole map").click()
-    until(lambda: pressed, "the key for it")
-    assert pressed == ["f"]
+    until(lambda: asked, "the action")
+    assert asked == ["fit"]
 
 
 def test_a_fit_shows_the_rectangle_in_every_page(page: Page, open_window: Opener) -> None:
@@ -204,29 +207,39 @@ def test_the_scale_bar_is_as_long_as_it_says(page: Page, open_window: Opener) ->
 
 
 # -- what people do ----------------------------------------------------------------------------------------------
-def test_keys_arrive_by_name_and_not_while_typing(page: Page, open_window: Opener) -> None:
-    pressed: list[str] = []
-    page.on_key(pressed.append)
+def test_every_key_asks_for_its_action_and_moves_nothing(page: Page, open_window: Opener) -> None:
+    asked: list[str] = []
+    page.on_action(asked.append)
+    page.fit(ROOM)
+    window = open_window(page.url)
+    before = window.settled()
+    table = [(action, key) for action in ACTIONS.values() for key in action.keys]
+    told = [(action, key) for action, key in table if action.does is not PageRequest.SCRIPT]
+    for _, key in told:
+        window.page.keyboard.press(PLAYWRIGHT_NAMES.get(key, key.replace("Ctrl", "Control")))
+    until(lambda: len(asked) >= len(told), "the actions")
+    assert asked == [action.id for action, _ in told]
+    assert window.settled() == before
+
+
+def test_keys_do_nothing_on_the_map_while_a_person_types(page: Page, open_window: Opener) -> None:
+    asked: list[str] = []
+    page.on_action(asked.append)
     page.server.gui.add_text("Path", "")
     window = open_window(page.url)
-    for key in ("ArrowRight", "Shift+ArrowRight", "Space", "f", "?", "Control+z", "Control+Shift+z", "Home", "."):
-        window.page.keyboard.press(key)
-    names = ["ArrowRight", "Shift+ArrowRight", " ", "f", "?", "Ctrl+z", "Ctrl+Shift+z", "Home", "."]
-    until(lambda: len(pressed) >= len(names), "the keys")
-    assert pressed == names
     field = window.page.get_by_role("textbox").first
     field.click()
     window.page.keyboard.type("f a. ")
     assert field.input_value() == "f a. "
     window.page.mouse.click(400, 300)
-    window.page.keyboard.press("g")
-    until(lambda: pressed[-1] == "g", "the next key")
-    assert pressed == [*names, "g"]
+    window.page.keyboard.press("d")
+    until(lambda: asked, "the next key")
+    assert asked == ["dark"]
 
 
 def test_keys_go_to_the_map_again_once_the_mouse_has_worked_a_widget(page: Page, open_window: Opener) -> None:
-    pressed: list[str] = []
-    page.on_key(pressed.append)
+    asked: list[str] = []
+    page.on_action(asked.append)
     box = page.server.gui.add_checkbox("Beams", False)
     button = page.server.gui.add_button("Optimise")
     presses: list[int] = []
@@ -238,13 +251,65 @@ def test_keys_go_to_the_map_again_once_the_mouse_has_worked_a_widget(page: Page,
     window.page.get_by_role("button", name="Optimise").click()
     window.page.keyboard.press("Space")
     window.page.keyboard.press("ArrowLeft")
-    until(lambda: len(pressed) >= 3, "the keys")
-    assert pressed == [" ", " ", "ArrowLeft"]
+    until(lambda: len(asked) >= 3, "the keys")
+    assert asked == ["play", "play", "previous-scan"]
     assert box.value
     window.page.get_by_role("button", name="Optimise").focus()
     window.page.keyboard.press("Space")
     until(lambda: len(presses) == 2, "the focused button to take the key")
-    assert pressed == [" ", " ", "ArrowLeft"]
+    assert asked == ["play", "play", "previous-scan"]
+
+
+def test_the_palette_finds_an_action_and_does_it(page: Page, open_window: Opener) -> None:
+    asked: list[str] = []
+    page.on_action(asked.append)
+    page.send("refusals", {"optimise": "There is no map yet."})
+    window = open_window(page.url)
+    before = window.settled()
+    window.page.keyboard.press("Control+k")
+    name = window.page.get_by_role("combobox", name="Name of an action")
+    expect(name).to_be_focused()
+    name.fill("solve map")
+    expect(window.page.get_by_role("option")).to_have_count(1)
+    expect(window.page.get_by_role("option")).to_contain_text("There is no map yet.")
+    name.fill("10 scans")
+    name.press("ArrowDown")
+    name.press("Enter")
+    until(lambda: asked, "the action")
+    assert asked == ["back-10"]
+    expect(name).to_be_hidden()
+    window.page.keyboard.press("/")
+    expect(name).to_be_visible()
+    window.page.keyboard.press("Escape")
+    expect(name).to_be_hidden()
+    assert window.settled() == before
+
+
+def test_the_help_sheet_names_every_key(page: Page, open_window: Opener) -> None:
+    window = open_window(page.url)
+    window.page.keyboard.press("?")
+    sheet = window.page.get_by_role("dialog", name="Keys and help")
+    expect(sheet).to_be_visible()
+    shown = sheet.locator("kbd").all_inner_texts()
+    assert sorted(shown) == sorted(action.shown for action in ACTIONS.values() if action.keys)
+    window.screenshot("help-sheet")
+    window.page.keyboard.press("?")
+    expect(sheet).to_be_hidden()
+
+
+def test_keys_that_are_the_scripts_own_need_no_python(page: Page, open_window: Opener) -> None:
+    page.timeline(TimelineState(index=30, length=101, processed=60))
+    window = open_window(page.url)
+    window.page.keyboard.press("g")
+    expect(window.page.get_by_label("Jump to scan")).to_be_focused()
+    window.page.keyboard.press("Escape")
+    tabs = page.server.gui.add_tab_group()
+    for name in ("Layers", "Scan"):
+        with tabs.add_tab(name):
+            page.server.gui.add_html(f"under {name}")
+    expect(window.page.get_by_text("under Layers")).to_be_visible()
+    page.perform("tab-scan")
+    expect(window.page.get_by_text("under Scan")).to_be_visible()
 
 
 def test_a_click_gives_the_point_of_the_world(page: Page, open_window: Opener) -> None:
@@ -284,8 +349,9 @@ def test_a_row_of_a_table_tells_its_name_and_number(page: Page, open_window: Ope
 
 # -- the timeline ------------------------------------------------------------------------------------------------
 def test_the_timeline_asks_for_what_its_buttons_say(page: Page, open_window: Opener) -> None:
-    asked: list[tuple[str, float]] = []
+    asked: list[object] = []
     page.on_timeline(lambda command, value: asked.append((command, value)))
+    page.on_action(asked.append)
     page.timeline(TimelineState(index=30, length=101, processed=60))
     page_window = open_window(page.url)
     bar = page_window.page.get_by_role("group", name="Timeline")
@@ -295,8 +361,8 @@ def test_the_timeline_asks_for_what_its_buttons_say(page: Page, open_window: Ope
     bar.get_by_label("Jump to scan").fill("77")
     bar.get_by_label("Jump to scan").press("Enter")
     until(lambda: len(asked) >= 7, "the requests")
-    steps = [("step", 1.0), ("step", 10.0), ("step", -1.0), ("step", -10.0)]
-    assert asked == [*steps, ("play", 0.0), ("speed", 5.0), ("seek", 77.0)]
+    steps = ["next-scan", "on-10", "previous-scan", "back-10"]
+    assert asked == [*steps, "play", ("speed", 5.0), ("seek", 77.0)]
     slider = bar.get_by_label("Scan under the cursor")
     slider.focus()
     box = slider.bounding_box()
@@ -322,14 +388,14 @@ def test_the_timeline_shows_its_state_to_pages_that_come_later(page: Page, open_
 
 
 def test_arrow_keys_belong_to_the_timeline_even_after_its_buttons_were_used(page: Page, open_window: Opener) -> None:
-    pressed: list[str] = []
-    page.on_key(pressed.append)
+    asked: list[str] = []
+    page.on_action(asked.append)
     page.timeline(TimelineState(index=30, length=101, processed=60))
     window = open_window(page.url)
     window.page.get_by_role("button", name="Forward 1 scan").click()
     window.page.keyboard.press("ArrowRight")
-    until(lambda: pressed, "the key")
-    assert pressed == ["ArrowRight"]
+    until(lambda: len(asked) >= 2, "the key")
+    assert asked == ["next-scan", "next-scan"]
 
 
 def test_the_page_can_be_light(page: Page, open_window: Opener) -> None:
@@ -354,11 +420,11 @@ def test_the_legend_folds_and_remembers_it(page: Page, open_window: Opener) -> N
 
 
 def test_nonsense_from_a_page_is_not_passed_on(page: Page, open_window: Opener) -> None:
-    pressed: list[str] = []
-    page.on_key(pressed.append)
+    asked: list[str] = []
+    page.on_action(asked.append)
     window = open_window(page.url)
-    for topic, value in (("timeline", "{}"), ("click", "7"), ("key", "not json"), ("?", "1"), ("key", '"x"')):
+    for topic, value in (("timeline", "{}"), ("click", "7"), ("action", "not json"), ("?", "1"), ("action", '"x"')):
         message = {"type": "PageEvent", "topic": topic, "value": value}
         window.page.evaluate("message => __viserMutable.sendMessage(message)", message)
-    until(lambda: pressed, "the key that made sense")
-    assert pressed == ["x"]
+    until(lambda: asked, "the action that made sense")
+    assert asked == ["x"]

@@ -26,7 +26,6 @@ from splinescope.panels import (
     status,
     timeline,
 )
-from splinescope.panels.help import HelpSheet
 from splinescope.panels.side_bar import SideBar
 from splinescope.preferences import Preferences
 from splinescope.session import Session
@@ -211,11 +210,3 @@ def test_widgets_follow_the_session(page: Page, finished: Session, empty: Sessio
     assert values[Layer.BEAMS.value] is False
     assert values["Dark page"] is False
     assert not asked, "what the session changes must not be asked for again"
-
-
-def test_the_help_sheet_can_be_put_away_twice(page: Page) -> None:
-    sheet = HelpSheet(page.server.gui, lambda _: None)
-    sheet.toggle()
-    sheet.toggle()
-    sheet.close()
-    sheet.toggle()

@@ -13,6 +13,7 @@ from playwright.sync_api import Locator, expect
 from app.browser import Window, until
 from app.logs import corridor_log, write_carmen
 from splinescope import commands as ask
+from splinescope.actions.page import TABS
 from splinescope.grades import GRADES
 from splinescope.page import open_page
 from splinescope.preferences import Preferences, load, save
@@ -215,10 +216,21 @@ def test_two_browsers_share_what_they_see(ready: Viewer, open_window: Opener) ->
     until(lambda: ready.session.preferences.dark, "a dark page")
 
 
+def test_every_tab_is_opened_from_the_palette(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    names = window.page.get_by_role("tab").all_inner_texts()
+    assert tuple(names) == TABS
+    for name in names[::-1]:
+        window.page.keyboard.press("/")
+        window.page.keyboard.type(f"tab {name}")
+        window.page.keyboard.press("Enter")
+        expect(window.page.get_by_role("tab", name=name, exact=True)).to_have_attribute("aria-selected", "true")
+
+
 def test_the_help_sheet_opens_and_closes(ready: Viewer, open_window: Opener) -> None:
     window = open_window(ready.url)
     window.page.keyboard.press("?")
-    sheet = window.page.get_by_text("play or pause; at the end")
+    sheet = window.page.get_by_text("Play or pause; at the end")
     expect(sheet).to_be_visible()
-    window.page.get_by_role("button", name="Close", exact=True).last.click()
+    window.page.get_by_role("button", name="Close", exact=True).click()
     expect(sheet).to_be_hidden()

@@ -29,7 +29,7 @@ class Bench:
     def turn(self) -> None:
         """One round of the viewer's loop."""
         for item in self.viewer._arrivals():
-            self.viewer._take(item)
+            self.viewer._take(item.item)
         self.viewer.session.tick()
         self.viewer._presenter.show()
 

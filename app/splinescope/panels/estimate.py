@@ -7,8 +7,9 @@ import viser
 
 from splinescope import table
 from splinescope.activity import Work, duration
-from splinescope.commands import Cancel, Choose, Optimise, RunAgain
-from splinescope.panels.panel import Post, on_change, on_press
+from splinescope.commands import Choose
+from splinescope.panels.action_button import ActionButton
+from splinescope.panels.panel import Post, on_change
 from splinescope.panels.status import doing
 from splinescope.recipe import ORDERS, Recipe
 from splinescope.session import Session
@@ -50,9 +51,9 @@ class EstimatePanel:
         )
         for widget in (self._model, self._back_end, self._order, self._spacing, self._points):
             on_change(widget, self._choose)
-        self._run = gui.add_button("Run the whole log again", icon=viser.Icon.PLAYER_PLAY)
-        self._solve = gui.add_button("Only solve this map again", icon=viser.Icon.REFRESH, hint="Key o")
-        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, color="gray", visible=False)
+        self._run = ActionButton(gui, post, "run", icon=viser.Icon.PLAYER_PLAY)
+        self._solve = ActionButton(gui, post, "optimise", icon=viser.Icon.REFRESH)
+        self._cancel = ActionButton(gui, post, "cancel", words="Cancel", icon=viser.Icon.PLAYER_STOP, color="gray")
         self._text = gui.add_html("")
         self._curve = gui.add_uplot(
             data=(np.arange(2.0), np.ones(2)),
@@ -67,9 +68,6 @@ class EstimatePanel:
             visible=False,
         )
         self._note = gui.add_html(table.block(table.paragraph(ROUNDS, "dim")), visible=False)
-        on_press(self._run, lambda: post(RunAgain()))
-        on_press(self._solve, lambda: post(Optimise()))
-        on_press(self._cancel, lambda: post(Cancel()))
 
     def refresh(self, session: Session) -> None:
         recipe = session.recipe
@@ -79,9 +77,10 @@ class EstimatePanel:
         self._spacing.visible, self._points.visible = recipe.spaced, not recipe.spaced
         about = f"{ABOUT_MODELS[recipe.model]} {ABOUT_BACK_ENDS[recipe.back_end]}"
         self._about.content = table.block(table.paragraph(about, "dim"))
-        self._run.disabled, self._solve.disabled = session.run_refusal is not None, session.refusal is not None
-        self._run.visible = self._solve.visible = not session.busy
-        self._cancel.visible = session.busy
+        for button in (self._run, self._solve, self._cancel):
+            button.refresh(session)
+        self._run.handle.visible = self._solve.handle.visible = not session.busy
+        self._cancel.handle.visible = session.busy
         self._text.content = table.block(*report(session))
         if session.costs != self._costs:
             self._costs = session.costs

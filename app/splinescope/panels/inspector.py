@@ -5,9 +5,9 @@ from __future__ import annotations
 import viser
 
 from splinescope import table
-from splinescope.commands import Select, ShowObservation
 from splinescope.inspector import Description, describe
-from splinescope.panels.panel import Post, on_press
+from splinescope.panels.action_button import ActionButton
+from splinescope.panels.panel import Post
 from splinescope.session import Session
 
 HINT = "Click a segment, a curve, a control point or a key pose in the map to see what it is. Press ? for the keys."
@@ -18,14 +18,12 @@ class InspectorPanel:
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html(table.block(table.paragraph(HINT, "dim")))
-        self._clear = gui.add_button("Clear the selection", visible=False)
-        on_press(self._clear, lambda: post(Select(None)))
-        self._steps = gui.add_button("Step through its observation", hint="Key s", visible=False)
-        on_press(self._steps, lambda: post(ShowObservation(True)))
+        self._clear = ActionButton(gui, post, "leave")
+        self._steps = ActionButton(gui, post, "observation", words="Step through its observation")
 
     def refresh(self, session: Session) -> None:
-        self._clear.visible = session.selection is not None
-        self._steps.visible = can_be_observed(session)
+        self._clear.handle.visible = session.selection is not None
+        self._steps.handle.visible = can_be_observed(session)
         if session.selection is None:
             self._text.content = table.block(table.paragraph(HINT, "dim"))
             return

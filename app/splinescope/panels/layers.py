@@ -5,8 +5,8 @@ from __future__ import annotations
 import viser
 
 from splinescope import table
+from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS
 from splinescope.commands import SetLayer
-from splinescope.keys import MAP_LAYERS, SCAN_LAYERS
 from splinescope.panels.panel import Post, on_change
 from splinescope.session import Session
 from splinescope.view import Layer

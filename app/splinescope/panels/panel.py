@@ -7,11 +7,12 @@ from typing import Protocol
 
 import viser
 
+from splinescope.actions import Perform
+from splinescope.asker import asked_by
 from splinescope.commands import Command
-from splinescope.keys import PageAction
 from splinescope.session import Session
 
-Post = Callable[[Command | PageAction], None]
+Post = Callable[[Command | Perform], None]
 """Hands a request to the owner of the session; callable from any thread."""
 
 
@@ -27,7 +28,8 @@ def on_press(button: viser.GuiButtonHandle, act: Callable[[], None]) -> None:
     @button.on_click
     def _(event: viser.GuiEvent) -> None:
         if event.client is not None:
-            act()
+            with asked_by(event.client.client_id):
+                act()
 
 
 def on_choice(group: viser.GuiButtonGroupHandle, act: Callable[[str], None]) -> None:
@@ -36,7 +38,8 @@ def on_choice(group: viser.GuiButtonGroupHandle, act: Callable[[str], None]) -> 
     @group.on_click
     def _(event: viser.GuiEvent) -> None:
         if event.client is not None:
-            act(event.target.value)
+            with asked_by(event.client.client_id):
+                act(event.target.value)
 
 
 def on_change(widget: viser.GuiInputHandle, act: Callable[[], None]) -> None:
@@ -45,4 +48,5 @@ def on_change(widget: viser.GuiInputHandle, act: Callable[[], None]) -> None:
     @widget.on_update
     def _(event: viser.GuiEvent) -> None:
         if event.client is not None:
-            act()
+            with asked_by(event.client.client_id):
+                act()

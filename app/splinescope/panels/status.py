@@ -6,8 +6,8 @@ import viser
 
 from splinescope import table
 from splinescope.activity import Work, duration
-from splinescope.commands import Cancel
-from splinescope.panels.panel import Post, on_press
+from splinescope.panels.action_button import ActionButton
+from splinescope.panels.panel import Post
 from splinescope.session import Session
 
 WHAT_HAPPENS = "Each scan is cut into segments; the curves fitted to them are tied to curves of the map, which grows."
@@ -19,8 +19,8 @@ class StatusPanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html(table.block(table.paragraph("Opening a log…")))
         self._bar = gui.add_progress_bar(0.0, visible=False)
-        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, color="gray", visible=False)
-        on_press(self._cancel, lambda: post(Cancel()))
+        self._cancel = ActionButton(gui, post, "cancel", words="Cancel", icon=viser.Icon.PLAYER_STOP, color="gray")
+        self._cancel.handle.visible = False
 
     def refresh(self, session: Session) -> None:
         activity = session.activity
@@ -29,7 +29,8 @@ class StatusPanel:
         self._bar.visible = activity is not None or session.opening is not None
         self._bar.animated = fraction is None
         self._bar.value = round(100.0 * (1.0 if fraction is None else fraction), 1)
-        self._cancel.visible = self._bar.visible
+        self._cancel.refresh(session)
+        self._cancel.handle.visible = self._bar.visible
 
 
 def headline(session: Session) -> list[str]:

@@ -1,0 +1,15 @@
+"""Actions of the page itself: help, the palette, the tabs."""
+
+from __future__ import annotations
+
+from splinescope.actions.action import Action, PageRequest
+
+TABS = ("Layers", "Scan", "Estimate", "Compare", "Quality", "Log")
+"""The tabs of the side bar, from the left."""
+
+PAGE = (
+    Action("palette", "Find an action by its name", ("Ctrl+k", "/"), PageRequest.SCRIPT),
+    Action("help", "Keys and help", ("?",), PageRequest.SCRIPT),
+    Action("legend", "Open or fold the legend", ("h",), PageRequest.SCRIPT),
+    *(Action(f"tab-{name.lower()}", f"Tab: {name}", (), PageRequest.SCRIPT) for name in TABS),
+)

@@ -1,0 +1,121 @@
+"""The table of actions."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from app.inline import InlineEstimator, deliver, session_with, stand_in
+from app.logs import corridor_log
+from splinescope import commands as ask
+from splinescope.actions import ACTIONS, GROUPS, PageRequest, described, refusals
+from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS
+from splinescope.page import Page
+from splinescope.panels.action_button import ActionButton
+from splinescope.paths import static_folder
+from splinescope.preferences import Preferences
+from splinescope.session import Session
+from splinescope.view import Layer, Selection
+
+
+@pytest.fixture
+def empty() -> Session:
+    return Session(InlineEstimator(), lambda _: None, Preferences())
+
+
+@pytest.fixture
+def finished(monkeypatch: pytest.MonkeyPatch) -> Session:
+    drive = corridor_log(np.random.default_rng(8), 30)
+    stand_in(monkeypatch, drive)
+    session, inline = session_with(drive)
+    deliver(session, inline)
+    return session
+
+
+def test_no_key_means_two_things_and_no_id_two_actions() -> None:
+    rows = [action for group in GROUPS.values() for action in group]
+    assert max(Counter(key for action in rows for key in action.keys).values()) == 1
+    assert len(ACTIONS) == len(rows)
+
+
+def test_every_layer_has_its_place_once() -> None:
+    assert sorted(layer.name for layer in SCAN_LAYERS + MAP_LAYERS) == sorted(layer.name for layer in Layer)
+
+
+def test_the_keys_people_expect(finished: Session) -> None:
+    expected = {
+        " ": ask.TogglePlay(),
+        "ArrowRight": ask.Step(1),
+        ",": ask.Step(-1),
+        "Shift+ArrowLeft": ask.Step(-10),
+        "Home": ask.Seek(0),
+        "End": ask.Seek(-1),
+        "]": ask.ChangeSpeed(1),
+        "Escape": ask.Leave(),
+        "d": ask.SetDark(),
+        "f": PageRequest.FIT,
+        "?": PageRequest.SCRIPT,
+        "Ctrl+k": PageRequest.SCRIPT,
+    }
+    does = {key: action.request(finished) for action in ACTIONS.values() for key in action.keys}
+    assert expected.items() <= does.items()
+    assert "Ctrl+c" not in does
+
+
+def test_keys_are_shown_as_people_write_them() -> None:
+    assert ACTIONS["next-scan"].shown == "→ or ."
+    assert ACTIONS["back-10"].shown == "Shift + ←"
+    assert ACTIONS["palette"].shown == "Ctrl + K or /"
+    assert ACTIONS["zoom-in"].shown == "+ or ="
+    assert ACTIONS["run"].shown == ""
+
+
+def test_every_action_can_be_done_or_says_why_not_in_a_sentence(empty: Session, finished: Session) -> None:
+    for session in (empty, finished):
+        refused = refusals(session)
+        assert all(sentence.endswith(".") and sentence[0].isupper() for sentence in refused.values())
+        for action in ACTIONS.values():
+            request = action.request(session)
+            if action.id not in refused and not isinstance(request, PageRequest):
+                session.apply(request)
+    assert not finished.troubles
+
+
+def test_segments_and_their_splines_are_reached_by_keys(finished: Session) -> None:
+    finished.apply(ask.Seek(0))
+    assert finished.scan_view is not None
+    numbers = [fitted.segment.index for fitted in finished.scan_view.segments]
+    reached = []
+    for _ in numbers:
+        request = ACTIONS["next-segment"].request(finished)
+        assert isinstance(request, ask.Select)
+        finished.apply(request)
+        assert finished.selection is not None
+        reached.append(finished.selection.id)
+    assert reached == numbers
+    finished.apply(ask.Select(None))
+    assert ACTIONS["previous-segment"].request(finished) == ask.Select(Selection("segment", numbers[-1]))
+    tied = next(a for a in finished.scan_view.associations if a.spline is not None)
+    finished.apply(ask.Select(Selection("segment", tied.segment)))
+    assert ACTIONS["spline-of-segment"].refusal(finished) is None
+    assert ACTIONS["spline-of-segment"].request(finished) == ask.Select(Selection("spline", tied.spline or 0))
+
+
+def test_the_scripts_own_actions_are_done_by_the_script() -> None:
+    scripts = "".join(path.read_text(encoding="utf-8") for path in static_folder().glob("*.js"))
+    done = set(re.findall(r'does\("([a-z-]+)"', scripts))
+    assert done == {a.id for a in ACTIONS.values() if a.does is PageRequest.SCRIPT and not a.id.startswith("tab-")}
+    assert len(described()["actions"]) == len(ACTIONS)  # pyright: ignore[reportArgumentType]
+
+
+def test_a_button_says_why_it_cannot_be_pressed(page: Page, empty: Session, finished: Session) -> None:
+    button = ActionButton(page.server.gui, lambda _: None, "optimise")
+    button.refresh(empty)
+    assert button.handle.disabled
+    assert button.handle.hint == "No log is open."
+    button.refresh(finished)
+    assert not button.handle.disabled
+    assert button.handle.hint == "Key O"
