@@ -74,6 +74,7 @@ def _add_run(command: argparse.ArgumentParser) -> None:
     command.add_argument("--backend", help="solver: direct, sam, isam2, islsjf, ekf, bs_slam, idmj or pose_graph")
     command.add_argument("--model", help="observation model: normal-distance or chord-length")
     command.add_argument("--config", type=Path, help="configuration, .json or .toml; a written report.json has it all")
+    command.add_argument("--edits", type=Path, metavar="JOURNAL", help="hand edits to make, as the page wrote them")
     command.set_defaults(command=run)
 
 
@@ -179,6 +180,7 @@ def run(options: argparse.Namespace) -> None:
             config_file=options.config,
             back_end=options.backend,
             model=options.model,
+            edits=options.edits,
             progress=progress,
             cancelled=cancelled,
         )

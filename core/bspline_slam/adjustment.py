@@ -58,7 +58,7 @@ def build_graph(
     sights: Sights,
     config: AdjustmentConfig,
     model: Model,
-    gate: float,
+    gate: float | Float[np.ndarray, "m"],
 ) -> Graph:
     """The least-squares problem at this linearisation of the foot points; splines that no beam reaches are not in
     it."""

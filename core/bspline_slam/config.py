@@ -65,42 +65,43 @@ def _value(hint: Any, value: Any, current: Any, place: str) -> Any:
     if is_dataclass(current) and isinstance(value, Mapping):
         return _changed(current, value, place + ".")
     for kind in get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,):
-        converted = _converted(kind, value)
-        if converted is not _NO:
-            return converted
+        understood = converted(kind, value)
+        if understood is not NOTHING:
+            return understood
     raise ConfigError(f"{place} must be {_name(hint)}, not {value!r}")
 
 
-_NO = object()
+NOTHING = object()
+"""What `converted` says of a value that is none of the kind."""
 
 
-def _converted(kind: Any, value: Any) -> Any:
-    """`value` as one plain `kind`, `_NO` when it is not one; whole numbers pass for floats, booleans for no number."""
+def converted(kind: Any, value: Any) -> Any:
+    """`value` as one plain `kind`, NOTHING when it is none; whole numbers pass for floats, booleans for no number."""
     origin = get_origin(kind)
     if origin is Literal:
-        return value if value in get_args(kind) else _NO
+        return value if value in get_args(kind) else NOTHING
     if origin is tuple:
         return _converted_tuple(get_args(kind), value)
     if kind is NoneType:
-        return None if value is None else _NO
+        return None if value is None else NOTHING
     if isinstance(kind, type) and issubclass(kind, Enum):
-        return next((member for member in kind if member.value == value), _NO)
+        return next((member for member in kind if member.value == value), NOTHING)
     if isinstance(value, bool) or kind is bool:
-        return value if kind is bool and isinstance(value, bool) else _NO
+        return value if kind is bool and isinstance(value, bool) else NOTHING
     if kind is float and isinstance(value, int):
         return float(value)
-    return value if isinstance(kind, type) and isinstance(value, kind) else _NO
+    return value if isinstance(kind, type) and isinstance(value, kind) else NOTHING
 
 
 def _converted_tuple(kinds: tuple[Any, ...], value: Any) -> Any:
     if not isinstance(value, (list, tuple)):
-        return _NO
+        return NOTHING
     if len(kinds) == 2 and kinds[1] is Ellipsis:
         kinds = (kinds[0],) * len(value)
     if len(kinds) != len(value):
-        return _NO
-    items = tuple(_converted(kind, item) for kind, item in zip(kinds, value, strict=True))
-    return _NO if any(item is _NO for item in items) else items
+        return NOTHING
+    items = tuple(converted(kind, item) for kind, item in zip(kinds, value, strict=True))
+    return NOTHING if any(item is NOTHING for item in items) else items
 
 
 def _name(hint: Any) -> str:

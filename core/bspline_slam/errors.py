@@ -36,5 +36,9 @@ class LocalMapError(SplineSlamError):
         super().__init__(f"{Path(path).name}: {rule}")
 
 
+class EditError(SplineSlamError):
+    """An edit by hand makes no sense where it is to be made, or edits cannot be read."""
+
+
 class Cancelled(SplineSlamError):
     """A long job was stopped by its user; what was done before stands."""

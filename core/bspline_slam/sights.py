@@ -86,10 +86,11 @@ class Feet:
     counts: Bool[np.ndarray, "m"]
 
 
-def find_feet(sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"], gate: float) -> Feet:
-    """Foot points of all beams on their splines; a beam counts when it lies within the gate, inside the supported
-    stretch,
-    and in front of the curve."""
+def find_feet(
+    sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"], gate: float | Float[np.ndarray, "m"]
+) -> Feet:
+    """Foot points of all beams on their splines; a beam counts when it lies within the gate (of all, or its own),
+    inside the supported stretch, and in front of the curve."""
     m = len(sights.points)
     degree = splines.splines[0].curve.degree if len(splines) else 3
     t, across = np.zeros(m), np.zeros(m)

@@ -1,0 +1,212 @@
+"""The map that hand edits make of an automatic result: a pure function of the result and the edits in force.
+
+Edits of what ties poses come first, for a loop closure may move the whole map; where it does, that is built anew and
+adjusted. Then come the others in their order, and solving from where the map was: what edits changed is linearised
+where the map is, again and again until nothing moves, and so is what they moved far; all the rest stays as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bspline_slam.adjustment import with_estimate
+from bspline_slam.backends import Stopping, back_end
+from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
+from bspline_slam.edits.decisions import Decisions
+from bspline_slam.edits.edit import (
+    CloseLoop,
+    DropLoop,
+    Edit,
+    Forbid,
+    Force,
+    Ignore,
+    MakeNew,
+    MergeSplines,
+    PinPose,
+    PinSpline,
+    SplitSegment,
+    SplitSpline,
+)
+from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.loop_edits import close_loop, drop_loop, moved_poses, pin_pose, rebuilt
+from bspline_slam.edits.piece_edits import forbid, force, ignore, make_new, split_segment
+from bspline_slam.edits.problem import Changes, changed_graph, moved_units
+from bspline_slam.edits.spline_edits import merge_splines, pin_spline, split_spline
+from bspline_slam.errors import Cancelled, EditError
+from bspline_slam.sights import collect_sights, find_feet
+from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
+from bspline_slam.spline_map import SplineMap
+from bspline_slam.tracking import carried_along
+from bspline_slam.trimming import trimmed
+
+MOST_ROUNDS = 10
+AT_REST = 1e-4
+"""Rounds end when none of the key poses moves by more than this (m, rad)."""
+WARM = Stopping(decrease=1e-7, move=1e-5, iterations=20)
+"""Rounds before the last."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Amended:
+    """The result with edits, and of each edit why it could not be made (None: it was made)."""
+
+    snapshot: Snapshot
+    skipped: tuple[str | None, ...]
+
+
+def amended(
+    base: Snapshot,
+    edits: Sequence[Edit],
+    config: SlamConfig,
+    progress: StageProgress = quiet,
+    cancelled: Cancelling = never,
+    ground: Ground | None = None,
+) -> Amended:
+    """The finished automatic result with edits; without any, itself. Raises SolverError, Cancelled.
+
+    `ground` is that of the result, where it is at hand.
+    """
+    if not edits:
+        return Amended(base, ())
+    ground = ground or Ground.of(base, config)
+    ground, decisions, skipped = decide(ground, base, edits, cancelled)
+    decisions, estimate = settled(ground, decisions, progress, cancelled)
+    return Amended(_snapshot(base, decisions, estimate), skipped)
+
+
+# -- decisions -----------------------------------------------------------------------------------------------------
+def decide(
+    ground: Ground, base: Snapshot, edits: Sequence[Edit], cancelled: Cancelling = never
+) -> tuple[Ground, Decisions, tuple[str | None, ...]]:
+    """The decisions with edits made in them, and of each edit why it could not be made; where a loop closure moves the
+    map, on another ground."""
+    config, first = ground.config, [isinstance(edit, CloseLoop | DropLoop | PinPose) for edit in edits]
+    tied, skipped = _edited(ground, ground.decisions, edits, first)
+    if tied.factors != ground.decisions.factors:
+        poses = moved_poses(ground.decisions, tied, config)
+        if poses is not None:
+            lost = [step.lost for step in base.steps]
+            tied, estimate = rebuilt(replace(tied, poses=poses), lost, config, ground.model, cancelled)
+            ground = Ground.at(replace(tied, pose_pins={}), estimate, config)
+    whole, also = _edited(ground, tied, edits, [not early for early in first])
+    both = tuple(a if early else b for early, a, b in zip(first, skipped, also, strict=True))
+    return ground, _supported(ground, whole), both
+
+
+def _edited(
+    ground: Ground, decisions: Decisions, edits: Sequence[Edit], chosen: Sequence[bool]
+) -> tuple[Decisions, list[str | None]]:
+    """The chosen edits made, one after the other."""
+    skipped: list[str | None] = []
+    for edit, wanted in zip(edits, chosen, strict=True):
+        reason = None
+        if wanted:
+            try:
+                decisions = edited(ground, decisions, edit)
+            except EditError as error:
+                reason = str(error)
+        skipped.append(reason)
+    return decisions, skipped
+
+
+def edited(ground: Ground, decisions: Decisions, edit: Edit) -> Decisions:
+    """The decisions with one edit more. Raises EditError where it cannot be made."""
+    model = ground.model
+    match edit:
+        case Force():
+            return force(decisions, edit, model)
+        case Forbid():
+            return forbid(decisions, edit)
+        case MakeNew():
+            return make_new(decisions, edit, model)
+        case Ignore():
+            return ignore(decisions, edit)
+        case SplitSegment():
+            return split_segment(decisions, edit)
+        case SplitSpline():
+            return split_spline(decisions, edit, model)
+        case MergeSplines():
+            return merge_splines(decisions, edit, model)
+        case PinPose():
+            return pin_pose(decisions, edit)
+        case PinSpline():
+            return pin_spline(decisions, edit)
+        case CloseLoop():
+            return close_loop(decisions, edit, ground.config)
+        case DropLoop():
+            return drop_loop(decisions, edit)
+
+
+def _supported(ground: Ground, decisions: Decisions) -> Decisions:
+    """Splines that were given other beams, cut back to what is seen often enough; those that a person gave beams or
+    drew stay as they are."""
+    by_hand = {a.spline for key in decisions.keys for a in key.associations if a.by == "hand"}
+    loose = decisions.touched - decisions.reshaped - by_hand
+    chosen = SplineMap(tuple(spline for spline in decisions.splines if spline.id in loose))
+    if not len(chosen):
+        return decisions
+    adjustment, sights = ground.config.adjustment, collect_sights(decisions.keys, chosen)
+    feet = find_feet(sights, chosen, decisions.poses, adjustment.gates[-1])
+    cut = trimmed(chosen, sights, feet, adjustment.trimming, ground.model)
+    for before, after in zip(chosen, cut, strict=True):
+        if after is not before:
+            decisions = decisions.with_spline(after)
+    return decisions
+
+
+# -- solving -------------------------------------------------------------------------------------------------------
+def settled(
+    ground: Ground, decisions: Decisions, progress: StageProgress = quiet, cancelled: Cancelling = never
+) -> tuple[Decisions, Estimate]:
+    """Linearise and solve until nothing moves: the decisions at the optimum, and the estimate."""
+    changes = Changes.of(ground, decisions)
+    for number in range(MOST_ROUNDS):
+        if cancelled():
+            raise Cancelled("the edits were cancelled")
+        graph = changed_graph(ground, decisions, changes)
+
+        def note(record: IterationRecord, number: int = number) -> None:
+            progress("edits", (number + min(record.index, 4) / 5) / MOST_ROUNDS, record)
+
+        estimate = back_end("direct", WARM).solve(graph, progress=note, cancelled=cancelled)
+        before, decisions = decisions.poses, _moved(decisions, estimate)
+        changes = changes.with_units(moved_units(ground, decisions, changes))
+        if np.abs(decisions.poses - before).max(initial=0.0) < AT_REST:
+            break
+    estimate = back_end("direct").solve(changed_graph(ground, decisions, changes), cancelled=cancelled)
+    return _moved(decisions, estimate), estimate
+
+
+def _moved(decisions: Decisions, estimate: Estimate) -> Decisions:
+    return replace(decisions, poses=estimate.poses, splines=with_estimate(decisions.splines, estimate))
+
+
+def _snapshot(base: Snapshot, decisions: Decisions, estimate: Estimate) -> Snapshot:
+    """The result as a whole; scans between key scans go along with these."""
+    before = np.array([step.pose for step in base.steps])
+    steps = tuple(
+        replace(step, pose=pose, associations=key.associations)
+        for step, pose, key in zip(base.steps, decisions.poses, decisions.keys, strict=True)
+    )
+    splines = tuple(
+        replace(spline, observations=_given_to(decisions, spline.id)) if spline.id in decisions.touched else spline
+        for spline in decisions.splines
+    )
+    return replace(
+        base,
+        poses=carried_along(base.poses, base.key_scans, before, decisions.poses),
+        steps=steps,
+        map=SplineMap(splines),
+        loop_closures=decisions.closures,
+        estimate=estimate,
+        observations=decisions.keys,
+        pose_factors=decisions.factors,
+    )
+
+
+def _given_to(decisions: Decisions, spline: int) -> int:
+    """How many key scans have a piece that was given to the spline."""
+    return sum(any(a.spline == spline for a in key.associations) for key in decisions.keys)

@@ -1,0 +1,50 @@
+"""What edits start from: a solved result, its problem and the noise of its laser."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from bspline_slam.adjustment import FIRMER, AdjustmentConfig
+from bspline_slam.backends.protocol import Estimate
+from bspline_slam.edits.decisions import Decisions
+from bspline_slam.errors import SolverError
+from bspline_slam.laser_noise import calibrated
+from bspline_slam.models.protocol import Model
+from bspline_slam.sights import collect_sights, find_feet
+from bspline_slam.slam import SlamConfig, Snapshot, model_of
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ground:
+    """A solved result: its decisions, and the estimate with the problem that they became.
+
+    `model` has the noise that the laser shows there. What edits leave alone keeps the factors of this problem: it is
+    not linearised anew, so an edit moves nothing but what hangs on it.
+    """
+
+    decisions: Decisions
+    estimate: Estimate
+    config: SlamConfig
+    model: Model
+
+    @classmethod
+    def of(cls, snapshot: Snapshot, config: SlamConfig) -> Ground:
+        """That of a finished result. Raises SolverError for one that was never adjusted."""
+        if snapshot.estimate is None:
+            raise SolverError("edits amend a finished map, and this one was never adjusted")
+        return cls.at(Decisions.of(snapshot), snapshot.estimate, config)
+
+    @classmethod
+    def at(cls, decisions: Decisions, estimate: Estimate, config: SlamConfig) -> Ground:
+        """That of decisions and their estimate."""
+        model, adjustment = model_of(config), config.adjustment
+        if adjustment.estimate_noise and not model.measures_along:
+            sights = collect_sights(decisions.keys, decisions.splines)
+            feet = find_feet(sights, decisions.splines, decisions.poses, adjustment.gates[-1])
+            model = calibrated(model, decisions.splines, sights, feet, decisions.poses)
+        return cls(decisions, estimate, config, model)
+
+    @property
+    def firm(self) -> AdjustmentConfig:
+        """How its problem was built."""
+        return replace(self.config.adjustment, slide=FIRMER * self.config.adjustment.slide)

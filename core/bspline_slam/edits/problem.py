@@ -1,0 +1,182 @@
+"""The least-squares problem that edits leave: that of the result, with the factors of what they changed exchanged.
+
+A unit is all that one key scan says of one spline. Units that edits changed are linearised where the map is now, and
+so are those that have moved far from where they were; all others keep their factors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from bspline_slam import se2
+from bspline_slam.adjustment import build_graph
+from bspline_slam.association import Association
+from bspline_slam.backends.statistics import measures
+from bspline_slam.edits.decisions import Decisions
+from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.loop_edits import pins
+from bspline_slam.graph import Graph, PoseFactor, ShapePrior, SplineFactor
+from bspline_slam.sights import KeyObservations, collect_sights
+from bspline_slam.spline_map import SplineMap
+
+Unit = tuple[int, int]
+"""The number of a key scan and the id of a spline."""
+
+PINNED = 1e-4
+"""Standard deviation (m) of the control points of a pinned spline."""
+FAR = 0.01
+"""A unit whose pose and spline moved against each other by more than this (m) is linearised anew."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Changes:
+    """How decisions differ from those of the ground: the units that are to be linearised, and the splines whose curve
+    is not that of the ground's problem."""
+
+    units: frozenset[Unit]
+    drawn: frozenset[int]
+
+    @classmethod
+    def of(cls, ground: Ground, decisions: Decisions) -> Changes:
+        """What edits changed."""
+        known = set(ground.estimate.graph.spline_ids.tolist())
+        drawn = {s.id for s in decisions.splines if s.id in decisions.reshaped or s.id not in known}
+        return cls(frozenset(_changed_units(ground.decisions.keys, decisions.keys)), frozenset(drawn))
+
+    def with_units(self, units: Iterable[Unit]) -> Changes:
+        """More units to be linearised."""
+        return replace(self, units=self.units | set(units))
+
+
+def _changed_units(before: Sequence[KeyObservations], after: Sequence[KeyObservations]) -> Iterable[Unit]:
+    for number, (old, new) in enumerate(zip(before, after, strict=True)):
+        if old is new:
+            continue
+        was, told = _by_spline(old.associations), _by_spline(new.associations)
+        for spline in was.keys() | told.keys():
+            if was.get(spline) != told.get(spline):
+                yield number, spline
+
+
+def _by_spline(associations: Sequence[Association]) -> dict[int, list[Association]]:
+    found: dict[int, list[Association]] = {}
+    for association in associations:
+        if association.spline is not None:
+            found.setdefault(association.spline, []).append(association)
+    return found
+
+
+def linearised(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
+    """The problem of the changed units and drawn splines alone; beams that a person gave to a spline have no gate."""
+    keys = tuple(_only(number, key, changes) for number, key in enumerate(decisions.keys))
+    named = {a.spline for key in keys for a in key.associations}
+    splines = SplineMap(tuple(spline for spline in decisions.splines if spline.id in named))
+    sights, place = collect_sights(keys, splines), {spline.id: k for k, spline in enumerate(splines)}
+    by_hand = [(place[a.spline], a.by == "hand") for key in keys for a in key.associations if a.spline in place]
+    held = np.array([hand for _, hand in sorted(by_hand, key=lambda piece: piece[0])], dtype=bool)
+    gates = np.where(held[sights.piece], np.inf, ground.config.adjustment.gates[-1])
+    return build_graph(keys, decisions.poses, splines, (), sights, ground.firm, ground.model, gates)
+
+
+def _only(number: int, key: KeyObservations, changes: Changes) -> KeyObservations:
+    """The associations of a key scan that are to be linearised."""
+    if not key.associations:
+        return key
+    chosen = tuple(
+        a
+        for a in key.associations
+        if a.spline is not None and (a.spline in changes.drawn or (number, a.spline) in changes.units)
+    )
+    return replace(key, associations=chosen)
+
+
+def moved_units(ground: Ground, decisions: Decisions, changes: Changes) -> set[Unit]:
+    """The units among those that kept their factors whose pose and spline moved far against each other."""
+    now = {spline.id: spline.curve.control_points for spline in decisions.splines}
+    kept = [
+        (spline, local, factor)
+        for spline, local, factor in on_splines(ground.estimate.graph, ground.estimate.graph.spline_factors)
+        if measures(factor) and spline in now and spline not in changes.drawn
+    ]
+    if not kept:
+        return set()
+    pose = np.array([factor.pose for _, _, factor in kept])
+    middle = [factor.A.shape[1] // 4 for _, _, factor in kept]
+    then = ground.estimate.control_points[[f.first + m for (*_, f), m in zip(kept, middle, strict=True)]]
+    here = np.array([now[spline][local + m] for (spline, local, _), m in zip(kept, middle, strict=True)])
+    seen_then = se2.transform(se2.inverse(ground.estimate.poses[pose]), then)
+    seen_now = se2.transform(se2.inverse(decisions.poses[pose]), here)
+    far = np.flatnonzero(np.linalg.norm(seen_now - seen_then, axis=1) > FAR)
+    return {(kept[k][2].pose, kept[k][0]) for k in far}
+
+
+def changed_graph(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
+    """The problem with the factors of the changes exchanged, at the present poses and curves."""
+    old, new = ground.estimate.graph, linearised(ground, decisions, changes)
+    drawn = changes.drawn
+    factors = [
+        *(
+            term
+            for term in on_splines(old, old.spline_factors)
+            if term[0] not in drawn and not (measures(term[2]) and (term[2].pose, term[0]) in changes.units)
+        ),
+        *(term for term in on_splines(new, new.spline_factors) if measures(term[2]) or term[0] in drawn),
+    ]
+    bends = [
+        *(term for term in on_splines(old, old.shape_priors) if term[0] not in drawn),
+        *(term for term in on_splines(new, new.shape_priors) if term[0] in drawn),
+    ]
+    observed = {spline for spline, _, factor in factors if measures(factor)}
+    splines = [spline for spline in decisions.splines if spline.id in observed]
+    offsets = np.cumsum([0, *(len(spline.curve.control_points) for spline in splines)]).astype(np.int64)
+    places = {spline.id: offset for spline, offset in zip(splines, offsets.tolist(), strict=False)}
+    return Graph(
+        key_scans=old.key_scans,
+        poses=decisions.poses,
+        spline_ids=np.array([spline.id for spline in splines], dtype=np.int64),
+        spline_first=offsets,
+        control_points=np.concatenate([np.zeros((0, 2)), *(spline.curve.control_points for spline in splines)]),
+        spline_factors=tuple(_placed(factors, places)),
+        pose_factors=pose_factors(ground, decisions),
+        pose_priors=(*old.pose_priors, *pins(decisions, ground.config.adjustment.anchor)),
+        shape_priors=(*_placed(bends, places), *_pinned(decisions, places)),
+    )
+
+
+OnSpline = TypeVar("OnSpline", SplineFactor, ShapePrior)
+
+
+def on_splines(graph: Graph, terms: Sequence[OnSpline]) -> Iterator[tuple[int, int, OnSpline]]:
+    """Each term with the id of its spline and the first control point there that it is about."""
+    first = np.array([term.first for term in terms], dtype=np.int64)
+    owner = np.searchsorted(graph.spline_first, first, side="right") - 1
+    ids, local = graph.spline_ids[owner], first - graph.spline_first[owner]
+    yield from zip(ids.tolist(), local.tolist(), terms, strict=True)
+
+
+def _placed(terms: Iterable[tuple[int, int, OnSpline]], places: Mapping[int, int]) -> Iterator[OnSpline]:
+    """The terms on the control points of another graph; those of splines that are not in it are left out."""
+    for spline, local, term in terms:
+        if spline in places:
+            first = places[spline] + local
+            yield term if term.first == first else replace(term, first=first)
+
+
+def pose_factors(ground: Ground, decisions: Decisions) -> tuple[PoseFactor, ...]:
+    """Those of the ground's problem that are still believed, and the new ones as they are."""
+    weighted = {
+        id(factor): weighted
+        for factor, weighted in zip(ground.decisions.factors, ground.estimate.graph.pose_factors, strict=True)
+    }
+    return tuple(weighted.get(id(factor), factor) for factor in decisions.factors)
+
+
+def _pinned(decisions: Decisions, places: Mapping[int, int]) -> Iterator[ShapePrior]:
+    """What holds pinned splines."""
+    for spline in sorted(decisions.spline_pins.keys() & places.keys()):
+        points = decisions.spline_pins[spline]
+        yield ShapePrior(places[spline], np.eye(points.size) / PINNED, points.ravel() / PINNED)
