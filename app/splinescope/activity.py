@@ -17,13 +17,17 @@ class Work(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Activity:
-    """A running job: its stage, how far it is (0…1) and how long it still takes (s), None where unknown."""
+    """A running job: its stage, how far it is (0…1) and how long it still takes (s), None where unknown.
+
+    `adjusted` counts the scans up to which the map of a run that still reads is adjusted.
+    """
 
     work: Work
     job: int
     stage: str
     fraction: float | None = None
     seconds_left: float | None = None
+    adjusted: int = 0
 
 
 def duration(seconds: float) -> str:

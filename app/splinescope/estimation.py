@@ -194,7 +194,8 @@ class Estimation:
                 self.activity = replace(activity, stage=said, fraction=fraction, seconds_left=left)
             case told.StepsDone(steps=steps):
                 self._findings.record(steps)
-            case told.MapChanged(snapshot=snapshot):
+            case told.MapChanged(snapshot=snapshot, adjusted=adjusted):
+                self.activity = replace(activity, adjusted=adjusted)
                 self._settle(snapshot)
             case told.Iterated(record=record):
                 self._iterated(record)

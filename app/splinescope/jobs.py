@@ -6,6 +6,7 @@ import logging
 import pickle
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
+from splinescope.live_map import LiveMap
 from splinescope.messages import (
     ConsistencyFound,
     CovariancesFound,
@@ -108,10 +110,11 @@ def process(log: ScanLog, config: SlamConfig, reporter: Reporter, send: Send, ca
     start = time.monotonic()
     pipeline = slam.Slam(log, config, cancelled=cancelled)
     try:
-        for step in pipeline.steps():
-            reporter.step(step)
-            reporter.progress(READING, (step.scan + 1) / len(log))
-            reporter.map(pipeline.snapshot)
+        with closing(LiveMap(config)) as live:
+            for step in pipeline.steps():
+                reporter.step(live.carried(step))
+                reporter.progress(READING, (step.scan + 1) / len(log))
+                reporter.map(lambda: live.shown(pipeline.snapshot()))
         reporter.flush()
         before = pipeline.snapshot()
         snapshot = pipeline.finish(reporter.progress, cancelled)

@@ -73,9 +73,10 @@ class StepsDone(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapChanged(Message):
-    """The map in the middle of processing, for looking at (see `for_looking_at`)."""
+    """The map in the middle of processing, for looking at (see `for_looking_at`), adjusted up to so many scans."""
 
     snapshot: Snapshot
+    adjusted: int = 0
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -59,13 +59,15 @@ class Reporter:
             self._send(StepsDone(self.job, tuple(self._steps)))
         self._steps, self._last_steps = [], self._clock()
 
-    def map(self, make: Callable[[], Snapshot]) -> None:
-        """Send the map if it is time for it; `make` is called only then."""
+    def map(self, make: Callable[[], tuple[Snapshot, int]]) -> None:
+        """Send the map if it is time for it; `make` is called only then, and gives up to how many scans it is adjusted
+        besides."""
         start = self._clock()
         if start < self._next_map:
             return
         self.flush()
-        self._send(MapChanged(self.job, for_looking_at(make())))
+        snapshot, adjusted = make()
+        self._send(MapChanged(self.job, for_looking_at(snapshot), adjusted))
         end = self._clock()
         self._next_map = end + max(MAP_INTERVAL, MAP_SHARE * (end - start))
 

@@ -305,8 +305,7 @@ class Slam:
 
     def _worthy_map(self) -> SplineMap:
         """The splines that enough key scans saw; all of them where the log has only a few key scans."""
-        least = min(self.config.least_observations, len(self._steps))
-        return SplineMap(tuple(s for s in self._builder.map if s.observations >= least))
+        return self._builder.map.seen_by_at_least(min(self.config.least_observations, len(self._steps)))
 
     def _current_observations(self) -> tuple[KeyObservations, ...]:
         """The decisions, with the ids that splines have after joins."""

@@ -61,3 +61,7 @@ class SplineMap:
     @property
     def control_point_count(self) -> int:
         return sum(len(spline.curve.control_points) for spline in self.splines)
+
+    def seen_by_at_least(self, key_scans: int) -> SplineMap:
+        """The splines that so many key scans saw."""
+        return SplineMap(tuple(spline for spline in self.splines if spline.observations >= key_scans))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from splinescope import table
-from splinescope.activity import Work, duration
+from splinescope.activity import Activity, Work, duration
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.panel import Post
 from splinescope.session import Session
@@ -44,6 +44,7 @@ def headline(session: Session) -> list[str]:
         parts.append(table.paragraph(doing(session)))
         if session.activity.work is Work.PROCESSING:
             parts.append(table.paragraph(WHAT_HAPPENS, "dim"))
+            parts.append(table.paragraph(adjusted(session.activity), "dim"))
     elif session.log is None:
         parts.append(table.paragraph("No log is open. Choose one under Log."))
     elif session.findings.snapshot is not None:
@@ -62,6 +63,13 @@ def doing(session: Session) -> str:
     if activity.seconds_left is not None:
         text += f" · {duration(activity.seconds_left)} left"
     return text
+
+
+def adjusted(activity: Activity) -> str:
+    """How much of the map that grows is the estimate, and not the front end's guess."""
+    if not activity.adjusted:
+        return "Nothing is adjusted yet: the map is as the scans were matched."
+    return f"The map is adjusted up to scan {activity.adjusted - 1:,}; what was read since goes along."
 
 
 def summary(session: Session) -> str:
