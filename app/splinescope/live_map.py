@@ -18,7 +18,7 @@ from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 
 logger = logging.getLogger(__name__)
 
-REST = 3.0
+REST = 2.0
 """An adjustment that took s seconds of processor time is followed by REST · s seconds without one."""
 LEAST_KEY_SCANS = 10
 

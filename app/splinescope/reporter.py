@@ -12,7 +12,7 @@ from splinescope.messages import Iterated, MapChanged, Message, Progress, StepsD
 RECORD_INTERVAL = 0.2
 STEP_INTERVAL = 0.1
 PROGRESS_INTERVAL = 0.25
-MAP_INTERVAL = 1.0
+MAP_INTERVAL = 0.5
 MAP_SHARE = 20.0
 """A map that took s seconds to make is followed by at least MAP_SHARE · s seconds of work."""
 

@@ -68,8 +68,8 @@ def doing(session: Session) -> str:
 def adjusted(activity: Activity) -> str:
     """How much of the map that grows is the estimate, and not the front end's guess."""
     if not activity.adjusted:
-        return "Nothing is adjusted yet: the map is as the scans were matched."
-    return f"The map is adjusted up to scan {activity.adjusted - 1:,}; what was read since goes along."
+        return "Not adjusted yet: the map is as scans were matched."
+    return f"Adjusted up to scan {activity.adjusted - 1:,}; what was read since goes along."
 
 
 def summary(session: Session) -> str:
