@@ -1,4 +1,4 @@
-"""The map adjusted while the log is read: nearer to the truth than the front end, and on the way to the same optimum."""
+"""The map adjusted while the log is read: nearer to the truth than the front end, on the way to the same optimum."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ class Reading:
 @pytest.fixture(scope="module")
 def reading() -> Reading:
     log = open_log(OFFICE)
-    slam, front = Slam(log), []
-    for step in islice(slam.steps(), 401):
-        if step.scan in (150, 350, 400):
-            front.append(slam.snapshot())
+    slam = Slam(log)
+    steps = islice(slam.steps(), 401)
+    front = [slam.snapshot() for step in steps if step.scan in (150, 350, 400)]
     return Reading(log, front, [adjust_so_far(each, CONFIG) for each in front], slam.finish())
 
 
