@@ -8,7 +8,7 @@ from pathlib import Path
 from bspline_slam.scan import ScanLog
 from splinescope.closures import ClosurePage
 from splinescope.recipe import Recipe
-from splinescope.view import Layer, Selection
+from splinescope.view import Colouring, Layer, Selection
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +112,20 @@ class ToggleLayers:
     """Hide these layers if all of them are shown, show them otherwise."""
 
     layers: frozenset[Layer]
+
+
+@dataclass(frozen=True, slots=True)
+class SetColouring:
+    """Colour the curves of the map by this."""
+
+    colouring: Colouring
+
+
+@dataclass(frozen=True, slots=True)
+class NextColouring:
+    """Colour the curves of the map by the thing `by` further on in the list."""
+
+    by: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +234,8 @@ Command = (
     | FollowRobot
     | SetLayer
     | ToggleLayers
+    | SetColouring
+    | NextColouring
     | Select
     | Leave
     | ShowClosure

@@ -201,8 +201,8 @@ class Estimation:
                 self._iterated(record)
             case told.QualityFound(quality=quality):
                 self._learn(quality=quality)
-            case told.CovariancesFound(splines=splines):
-                self._learn(covariances=splines)
+            case told.CovariancesFound(splines=splines, sigmas=sigmas):
+                self._learn(covariances=splines, sigmas=sigmas)
             case told.ConsistencyFound(tests=tests):
                 self._learn(consistency=tests)
             case told.Finished():

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.lab.scan_consistency import ScanConsistency
+from bspline_slam.lab.stretches import Stretches
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.map_view import dead_reckoned, view_map
@@ -19,8 +20,8 @@ from splinescope.view import MapView, ScanView
 
 
 class Findings:
-    """The open log (None: none is open) with steps, snapshot, `quality`, covariances and `consistency` as they
-    arrive.
+    """The open log (None: none is open) with steps, snapshot, `quality`, covariances, `sigmas` across the
+    curves and `consistency` as they arrive.
 
     `processed` counts the scans done. `map_view` and `scan_view` give the same object as long as it looks the same.
     """
@@ -32,6 +33,7 @@ class Findings:
         self.snapshot: Snapshot | None = None
         self.covariances: Mapping[int, Float[np.ndarray, "d d"]] = {}
         self.quality: Quality | None = None
+        self.sigmas: Stretches | None = None
         self.consistency: ScanConsistency | None = None
         self._map_view: MapView | None = None
         self._scan_view: tuple[tuple[object, ...], ScanView] | None = None
@@ -46,7 +48,7 @@ class Findings:
         """From now on the map is this one; how good it is, is not known yet."""
         if snapshot is not self.snapshot:
             self.snapshot, self.covariances, self._map_view = snapshot, {}, None
-            self.quality = self.consistency = None
+            self.quality = self.sigmas = self.consistency = None
 
     def forget(self) -> None:
         """Nothing is known but the log: it will be processed from its beginning."""
@@ -64,6 +66,7 @@ class Findings:
         self.consistency = result.consistency
         if result.covariances is not self.covariances or result.quality is not self.quality:
             self.covariances, self.quality, self._map_view = result.covariances, result.quality, None
+            self.sigmas = result.sigmas
 
     def pose(self, index: int) -> Float[np.ndarray, "3"]:
         """Where scan `index` was taken, by the best that is known: the estimate, else odometry from its end."""
@@ -80,7 +83,7 @@ class Findings:
     @property
     def map_view(self) -> MapView | None:
         if self._map_view is None and self.log is not None:
-            self._map_view = view_map(self.log, self.snapshot, self.covariances, self.quality)
+            self._map_view = view_map(self.log, self.snapshot, self.covariances, self.quality, self.sigmas)
         return self._map_view
 
     def scan_view(self, index: int) -> ScanView | None:

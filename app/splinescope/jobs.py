@@ -13,6 +13,7 @@ from pathlib import Path
 from bspline_slam import slam
 from bspline_slam.backends.protocol import Marginals
 from bspline_slam.errors import Cancelled, SplineSlamError
+from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
@@ -162,7 +163,7 @@ def judge(
     send(QualityFound(reporter.job, quality_of(log, snapshot, config)))
     reporter.stage("Computing covariances")
     found = covariances(snapshot, config.back_end, cancelled)
-    send(CovariancesFound(reporter.job, found.splines))
+    send(CovariancesFound(reporter.job, found.splines, sigmas_along(snapshot.map, found.splines)))
     tests = scan_consistency(
         snapshot, config, found.poses, log.truth,
         lambda share: reporter.progress("Testing consistency", share), cancelled,

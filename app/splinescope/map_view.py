@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.lab.stretches import Stretches
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Snapshot
 from bspline_slam.spline_map import MapSpline, SplineMap
@@ -21,7 +22,11 @@ Poses = Float[np.ndarray, "m 3"]
 
 
 def view_map(
-    log: ScanLog, snapshot: Snapshot | None, covariances: Mapping[int, np.ndarray], quality: Quality | None = None
+    log: ScanLog,
+    snapshot: Snapshot | None,
+    covariances: Mapping[int, np.ndarray],
+    quality: Quality | None = None,
+    sigmas: Stretches | None = None,
 ) -> MapView:
     """What is known of the world: before the first snapshot that is the odometry alone."""
     estimate = snapshot.poses if snapshot is not None else np.zeros((0, 3))
@@ -36,6 +41,8 @@ def view_map(
         odometry=aligned(log.odometry, start),
         truth=aligned(log.truth, start),
         stretches=quality.stretches if quality is not None else None,
+        sigmas=sigmas,
+        times=log.times,
     )
 
 

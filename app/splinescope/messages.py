@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.lab.scan_consistency import ScanConsistency
+from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 from splinescope.quality import Quality
 from splinescope.solution import Solution
@@ -106,9 +107,10 @@ class QualityFound(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CovariancesFound(Message):
-    """Covariances of the stacked control points, by spline id."""
+    """Covariances of the stacked control points, by spline id, and 1σ across the curves that they give (m)."""
 
     splines: dict[int, Float[np.ndarray, "d d"]]
+    sigmas: Stretches
 
 
 @dataclass(frozen=True, eq=False, slots=True)

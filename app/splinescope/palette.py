@@ -92,15 +92,21 @@ VERDICT_STYLES: dict[Verdict, Style] = {
 @dataclass(frozen=True, eq=False, slots=True)
 class Theme:
     """The ground that everything is drawn on, the ink that stands out from it most, and the one hue of all splines
-    while two results are compared or residuals are coloured."""
+    while two results are compared or grades are coloured.
+
+    `spread` multiplies the contrast that each hue has by nature: on a light ground hues that are all brought to the
+    same contrast would have the same lightness, and people who see fewer hues could not tell them apart.
+    """
 
     background: Colour
     ink: Colour
     one_hue: Colour | None = None
+    spread: float = 1.0
 
     def legible(self, hue: Colour, contrast: float = MINIMUM_CONTRAST) -> Colour:
         """The hue, moved towards the ink just as far as this contrast with the background asks for."""
-        return _legible(hue.tobytes(), self.background.tobytes(), self.ink.tobytes(), contrast)
+        asked = max(contrast, self.spread * contrast_ratio(hue, self.background))
+        return _legible(hue.tobytes(), self.background.tobytes(), self.ink.tobytes(), asked)
 
     def faint(self, hue: Colour, strength: float) -> Colour:
         """The hue as if drawn with this opacity (0…1) on the background."""
@@ -132,13 +138,13 @@ def _legible(hue: bytes, background: bytes, ink: bytes, contrast: float) -> Colo
 
 
 DARK = Theme(_rgb("0D1218"), _rgb("F2F5F8"))
-LIGHT = Theme(_rgb("F7F8F9"), _rgb("17212B"))
+LIGHT = Theme(_rgb("F7F8F9"), _rgb("17212B"), spread=1.3)
 DARK_COMPARING, LIGHT_COMPARING = (replace(ground, one_hue=SHOWN_HUE) for ground in (DARK, LIGHT))
 DARK_GRADING, LIGHT_GRADING = (replace(ground, one_hue=GREY) for ground in (DARK, LIGHT))
 
 
 def theme(dark: bool, comparing: bool = False, grading: bool = False) -> Theme:
-    """The theme that goes with the page, with a second result over the one shown, with residuals in colour."""
+    """The theme that goes with the page, with a second result over the one shown, with grades in colour."""
     if grading:
         return DARK_GRADING if dark else LIGHT_GRADING
     if comparing:

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from splinescope.view import Layer
+from splinescope.view import Colouring, Layer
 
 log = logging.getLogger(__name__)
 
@@ -37,10 +37,12 @@ class Preferences:
     dark: bool = True
     follow_robot: bool = False
     speed: float = 2.0
+    colouring: Colouring = Colouring.SPLINE
 
     def to_json(self) -> str:
-        """The file's text; layers by their names in the code, which outlive their labels."""
-        return json.dumps(asdict(self) | {"layers": sorted(layer.name for layer in self.layers)}, indent=2)
+        """The file's text; layers and colouring by their names in the code, which outlive their labels."""
+        names = {"layers": sorted(layer.name for layer in self.layers), "colouring": self.colouring.name}
+        return json.dumps(asdict(self) | names, indent=2)
 
     @staticmethod
     def from_json(text: str) -> Preferences:
@@ -60,6 +62,8 @@ def _understood(told: dict[str, Any]) -> dict[str, Any]:
     known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
     if isinstance(told.get("layers"), list):
         known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])
+    if told.get("colouring") in Colouring.__members__:
+        known["colouring"] = Colouring[told["colouring"]]
     return known
 
 

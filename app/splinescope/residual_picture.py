@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from bspline_slam.lab.crispness import CLOSE
 from splinescope import drawing
 from splinescope.drawing import WIDTH, Axes
-from splinescope.grades import GRADES
+from splinescope.grades import RESIDUALS, WIDTHS
 from splinescope.palette import BLUE, GREY, Theme
 from splinescope.quality import EDGES
 
@@ -38,16 +38,16 @@ def residual_picture(histogram: Int[np.ndarray, "bins"], theme: Theme) -> str:
 def grades_picture(shares: Float[np.ndarray, "grades"], theme: Theme) -> str:
     """The key to residuals along curves, a row for each grade, and the share of each as a bar."""
     parts = []
-    for number, (grade, share) in enumerate(zip(GRADES, shares, strict=True)):
+    for number, (label, width, share) in enumerate(zip(RESIDUALS.labels, WIDTHS, shares, strict=True)):
         y = ROW * (number + 0.5)
         colour = theme.graded(number)
-        parts.append(drawing.path(np.array([[6.0, y], [38.0, y]]), colour, grade.width))
-        parts.append(drawing.words(grade.label, 48.0, y + 3.5))
+        parts.append(drawing.path(np.array([[6.0, y], [38.0, y]]), colour, width))
+        parts.append(drawing.words(label, 48.0, y + 3.5))
         reach = BARS + (WIDTH - BARS - 40.0) * float(share)
         corners = np.array([[BARS, y - 4.0], [reach, y - 4.0], [reach, y + 4.0], [BARS, y + 4.0]])
         parts.append(drawing.area(corners, theme.legible(GREY), 0.6))
         parts.append(drawing.words(f"{share:.0%}", reach + 5.0, y + 3.5, dim=True))
-    return drawing.picture(parts, ROW * len(GRADES), "Share of the curves in each grade of residuals")
+    return drawing.picture(parts, ROW * len(WIDTHS), "Share of the curves in each grade of residuals")
 
 
 def _bar(axes: Axes, number: int, count: int, theme: Theme, near: bool) -> str:

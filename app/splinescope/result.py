@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.lab.scan_consistency import ScanConsistency
+from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.quality import Quality
 from splinescope.recipe import Recipe
@@ -21,8 +22,8 @@ class Result:
 
     `origin` is the run over the log whose decisions were solved again, None for such a run itself.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
-    estimator; its quality, covariances of splines by id and the tests of consistency are there once the result is
-    `measured`.
+    estimator; its quality, covariances of splines by id, 1σ across the curves
+    and the tests of consistency are there once the result is `measured`.
     """
 
     number: int
@@ -36,6 +37,7 @@ class Result:
     origin: Result | None = None
     stopped_after: int | None = None
     covariances: Mapping[int, Float[np.ndarray, "d d"]] = field(default_factory=dict)
+    sigmas: Stretches | None = None
     consistency: ScanConsistency | None = None
     measured: bool = False
 

@@ -23,7 +23,7 @@ from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
 from splinescope.result import Result, Results
 from splinescope.solution import Solution
-from splinescope.view import MapView, ScanView, Selection, View
+from splinescope.view import Colouring, MapView, ScanView, Selection, View
 
 NO_LOG = "No log is open."
 
@@ -88,7 +88,8 @@ class Session:
     def view(self) -> View:
         """One frame of the page."""
         chosen = self.preferences
-        return View(self.map_view, self.scan_view, chosen.layers, self.selection, chosen.dark, self.compared_view)
+        seen = (self.map_view, self.scan_view, chosen.layers, self.selection, chosen.dark, self.compared_view)
+        return View(*seen, chosen.colouring)
 
     @property
     def observation(self) -> ObservationView | str:
@@ -315,6 +316,11 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
             return replace(preferences, layers=layers | {layer} if on else layers - {layer})
         case ask.ToggleLayers(layers=group):
             return replace(preferences, layers=layers - group if group <= layers else layers | group)
+        case ask.SetColouring(colouring=colouring):
+            return replace(preferences, colouring=colouring)
+        case ask.NextColouring(by=by):
+            every = list(Colouring)
+            return replace(preferences, colouring=every[(every.index(preferences.colouring) + by) % len(every)])
         case ask.SetDark(dark=dark):
             return replace(preferences, dark=not preferences.dark if dark is None else dark)
         case ask.FollowRobot(on=on):

@@ -30,7 +30,6 @@ class Layer(Enum):
     BREAKS = "Breakpoints and corners"
     ASSOCIATIONS = "Associations"
     SPLINES = "Map splines"
-    RESIDUALS = "Residuals along curves"
     COMPARED = "Compared result"
     CONTROL_POINTS = "Map control points"
     ELLIPSES = "2σ ellipses of the map (86 %)"
@@ -39,6 +38,16 @@ class Layer(Enum):
     TRUTH = "Trajectory (truth)"
     LOOPS = "Loop closures"
     GRID = "Grid"
+
+
+class Colouring(Enum):
+    """What the curves of the map are coloured by; the value is its label in the page."""
+
+    SPLINE = "spline, each its own"
+    RESIDUAL = "residual of their beams"
+    UNCERTAINTY = "uncertainty"
+    OBSERVATIONS = "number of observations"
+    AGE = "age"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,7 +77,8 @@ class MapView:
     """The map and the paths; a new object whenever anything in it changed, the same object otherwise.
 
     Paths are (m, 3) poses in the world frame, None where the log has none; odometry and truth come already aligned
-    to the start of the estimate. `stretches` tell the residuals along the curves once they are measured.
+    to the start of the estimate. `stretches` tell the residuals along the curves and `sigmas` 1σ across them, once they
+    are measured. `times` are those of all scans of the log (s).
     """
 
     map: SplineMap
@@ -80,6 +90,8 @@ class MapView:
     odometry: Float[np.ndarray, "m 3"] | None
     truth: Float[np.ndarray, "m 3"] | None
     stretches: Stretches | None = None
+    sigmas: Stretches | None = None
+    times: Float[np.ndarray, "scans"] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +115,9 @@ class View:
     selection: Selection | None = None
     dark: bool = True
     compared: MapView | None = None
+    colouring: Colouring = Colouring.SPLINE
 
     @property
     def comparing(self) -> bool:
         """Whether a second result is drawn over the map."""
         return self.compared is not None and Layer.COMPARED in self.layers
-
-    @property
-    def grading(self) -> bool:
-        """Whether colours tell how far beams end from the curves."""
-        return self.map is not None and self.map.stretches is not None and Layer.RESIDUALS in self.layers

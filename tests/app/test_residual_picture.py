@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from splinescope.grades import GRADES
+from splinescope.grades import WIDTHS
 from splinescope.palette import DARK, LIGHT, Theme
 from splinescope.quality import BINS
 from splinescope.residual_picture import grades_picture, residual_picture
@@ -32,5 +32,5 @@ def test_an_empty_histogram_is_only_its_axis() -> None:
 def test_the_key_to_grades_has_a_colour_and_a_width_for_each(theme: Theme) -> None:
     drawn = grades_picture(np.array([0.04, 0.25, 0.55, 0.15, 0.01]), theme)
     strokes = re.findall(r'stroke="(#\w+)" stroke-width="([\d.]+)"', drawn)
-    assert len({colour for colour, _ in strokes}) == len({width for _, width in strokes}) == len(GRADES)
+    assert len({colour for colour, _ in strokes}) == len({width for _, width in strokes}) == len(WIDTHS)
     assert "55%" in drawn and "9 to 12 mm" in drawn

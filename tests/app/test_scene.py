@@ -8,6 +8,7 @@ import pytest
 from app import views
 from app.browser import until
 from bspline_slam.association import Verdict
+from splinescope.grades import RESIDUALS
 from splinescope.page import Page
 from splinescope.page_values import Viewport
 from splinescope.palette import DARK, LIGHT, VERDICT_STYLES, theme
@@ -16,8 +17,8 @@ from splinescope.scene.detail import Detail
 from splinescope.scene.legend import legend
 from splinescope.scene.map_layers import compared, loop_closures, splines
 from splinescope.scene.scan_layers import robot, ties
-from splinescope.scene.scene import DRAWINGS, Frame, hint
-from splinescope.view import Layer, Selection, View
+from splinescope.scene.scene import DRAWINGS, Frame, graded_by, hint
+from splinescope.view import Colouring, Layer, Selection, View
 
 CLOSE = Viewport(2.5, 2.0, 0.01, 900, 700)
 BUDGET = 8000  # line segments: about a third of a second a frame without a GPU
@@ -39,7 +40,8 @@ def counts(view: View, viewport: Viewport) -> dict[str, int]:
 
 
 def test_every_layer_draws_something(view: View) -> None:
-    drawn = counts(replace(view, selection=Selection("control point", 3, 2), compared=view.map), CLOSE)
+    chosen = replace(view, selection=Selection("control point", 3, 2), compared=view.map)
+    drawn = counts(replace(chosen, colouring=Colouring.RESIDUAL), CLOSE)
     assert {name for name, count in drawn.items() if count == 0} == set()
     assert {drawing.layer for drawing in DRAWINGS} - {None} == set(Layer) - {Layer.GRID}
 
@@ -115,21 +117,20 @@ def test_two_results_have_one_hue_each_and_only_one_of_them_is_whole(view: View)
     assert lengths[1] < 0.9 * lengths[0]
 
 
-def test_while_residuals_are_in_colour_curves_are_drawn_once(view: View) -> None:
-    assert view.map is not None and view.grading
-    drawn = counts(view, CLOSE)
-    plain = counts(replace(view, layers=view.layers - {Layer.RESIDUALS}), CLOSE)
-    assert 0 < drawn["splines"] < plain["splines"]
-    frame = Frame(view, theme(view.dark, grading=True), Detail.of(CLOSE))
-    segments = [d.draw(frame).segments for d in DRAWINGS if d.layer is Layer.RESIDUALS]
-    graded = sum(np.linalg.norm(np.diff(s, axis=1), axis=-1).sum() for s in segments)
-    whole = sum(spline.length for spline in view.map.map)
-    assert 0.85 * whole < graded < whole
-    assert not replace(view, map=replace(view.map, stretches=None)).grading
+@pytest.mark.parametrize("colouring", [c for c in Colouring if c is not Colouring.SPLINE])
+def test_while_grades_are_in_colour_curves_are_drawn_once(view: View, colouring: Colouring) -> None:
+    coloured = replace(view, colouring=colouring)
+    assert coloured.map is not None and graded_by(coloured) is not None
+    frame = Frame(coloured, theme(view.dark, grading=True), Detail.of(CLOSE))
+    drawn = {d.name: d.draw(frame).segments for d in DRAWINGS if d.layer is Layer.SPLINES}
+    dotted = drawn.pop("splines")
+    lengths = [np.linalg.norm(np.diff(s, axis=1), axis=-1).sum() for s in (*drawn.values(), dotted)]
+    whole = sum(spline.length for spline in coloured.map.map)
+    assert 0.85 * whole < sum(lengths[:-1]) <= sum(lengths) <= whole * 1.001
 
 
 def test_the_legend_tells_the_grades_while_they_are_shown() -> None:
-    titles = [section["title"] for section in legend(theme(True, grading=True), grading=True)]
+    titles = [section["title"] for section in legend(theme(True, grading=True), RESIDUALS)]
     assert titles[0] == "Residuals along curves, RMS"
     assert titles[1:] == [section["title"] for section in legend(DARK)]
 

@@ -14,10 +14,10 @@ from app.browser import Window, until
 from app.logs import corridor_log, write_carmen
 from splinescope import commands as ask
 from splinescope.actions.page import TABS
-from splinescope.grades import GRADES
+from splinescope.grades import WIDTHS
 from splinescope.page import open_page
 from splinescope.preferences import Preferences, load, save
-from splinescope.view import Layer
+from splinescope.view import Colouring, Layer
 from splinescope.viewer import Viewer
 
 SCANS = 60
@@ -170,12 +170,13 @@ def test_quality_is_measured_and_colours_the_curves(ready: Viewer, open_window: 
     expect(window.page.get_by_text("range noise")).to_be_visible()
     expect(window.page.get_by_text("Lost scans: ")).to_be_visible()
     window.page.get_by_label("Colour the curves by it").click()
-    until(lambda: Layer.RESIDUALS in ready.session.preferences.layers, "the layer")
-    names = [f"/splinescope/residuals {number}" for number in range(len(GRADES))]
+    until(lambda: ready.session.preferences.colouring is Colouring.RESIDUAL, "the colouring")
+    names = [f"/splinescope/graded {number}" for number in range(len(WIDTHS))]
     until(lambda: any((window.node(name) or {}).get("visible") for name in names), "coloured curves")
     window.screenshot("quality")
-    window.page.keyboard.press("c")
-    until(lambda: Layer.RESIDUALS not in ready.session.preferences.layers, "the layer to go")
+    for colouring in (Colouring.UNCERTAINTY, Colouring.OBSERVATIONS, Colouring.AGE, Colouring.SPLINE):
+        window.page.keyboard.press("c")
+        until(lambda c=colouring: ready.session.preferences.colouring is c, "the next colouring")
 
 
 def test_a_bad_file_is_a_sentence_and_the_open_log_stays(ready: Viewer, open_window: Opener, tmp_path: Path) -> None:

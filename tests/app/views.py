@@ -10,6 +10,7 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.association import Association, Candidate, Relation, Verdict
 from bspline_slam.bspline import BSpline, uniform_knots
+from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.stretches import LENGTH, Stretches
 from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.scan import LaserScan
@@ -169,20 +170,21 @@ def map_view(rng: np.random.Generator, columns: int = 2, rows: int = 1, length: 
         for i, (a, b) in enumerate(zip(keys[:-4:2], keys[4::2], strict=False))
     )
     odometry, truth = drifted(path, 0.6 / length), path + 0.01
-    stretches = stretches_along(world)
-    return MapView(world, covariances, path[list(keys)], keys, loops, path, odometry, truth, stretches)
+    stretches, sigmas = stretches_along(world), sigmas_along(world, covariances)
+    measured = (stretches, sigmas, 0.1 * np.arange(length))
+    return MapView(world, covariances, path[list(keys)], keys, loops, path, odometry, truth, *measured)
 
 
 def stretches_along(world: SplineMap) -> Stretches:
     """Curves that get worse and worse along themselves, from 3 to 24 mm, and the first of each not measured."""
-    spline, start, end, rms = [], [], [], []
+    spline, start, end, value = [], [], [], []
     for one in world:
         edges, _ = one.sample(LENGTH)
         spline.append(np.full(len(edges) - 1, one.id))
         start.append(edges[:-1])
         end.append(edges[1:])
-        rms.append(np.concatenate([[np.nan], np.linspace(0.003, 0.024, len(edges) - 2)]))
-    return Stretches(*(np.concatenate(column) for column in (spline, start, end, rms)))
+        value.append(np.concatenate([[np.nan], np.linspace(0.003, 0.024, len(edges) - 2)]))
+    return Stretches(*(np.concatenate(column) for column in (spline, start, end, value)))
 
 
 def office(rng: np.random.Generator, dark: bool = True) -> View:

@@ -7,6 +7,7 @@ key, its place in palette and help sheet, and its refusal follow. A button for i
 from __future__ import annotations
 
 from splinescope.actions.action import Action, PageRequest, Perform, Request
+from splinescope.actions.colours import COLOURS
 from splinescope.actions.layers import GROUPS as LAYER_GROUPS
 from splinescope.actions.layers import SINGLE
 from splinescope.actions.looking import LOOKING
@@ -24,6 +25,7 @@ GROUPS: dict[str, tuple[Action, ...]] = {
     "Picture": PICTURE,
     "Layers": LAYER_GROUPS,
     "Single layers": SINGLE,
+    "Colours": COLOURS,
     "Estimator": WORK,
     "Page": PAGE,
 }

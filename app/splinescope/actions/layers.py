@@ -18,7 +18,6 @@ SCAN_LAYERS = (
 )
 MAP_LAYERS = (
     Layer.SPLINES,
-    Layer.RESIDUALS,
     Layer.COMPARED,
     Layer.CONTROL_POINTS,
     Layer.ELLIPSES,
@@ -45,7 +44,6 @@ GROUPS = (
     _group("8", "paths", "the trajectories", Layer.ESTIMATE, Layer.ODOMETRY, Layer.TRUTH),
     _group("9", "loops", "loop closures", Layer.LOOPS),
     _group("0", "compared", "the compared result", Layer.COMPARED),
-    _group("c", "residuals", "the residuals along the curves (crispness)", Layer.RESIDUALS),
 )
 
 SINGLE = tuple(

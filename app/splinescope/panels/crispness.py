@@ -7,14 +7,14 @@ import viser
 
 from splinescope import table
 from splinescope.activity import Work
-from splinescope.commands import SetLayer
-from splinescope.grades import shares
+from splinescope.commands import SetColouring
+from splinescope.grades import RESIDUALS, shares
 from splinescope.palette import theme
 from splinescope.panels.panel import Post, on_change
 from splinescope.quality import Quality
 from splinescope.residual_picture import grades_picture, residual_picture
 from splinescope.session import Session
-from splinescope.view import Layer
+from splinescope.view import Colouring
 
 TITLE = "Crispness"
 MEANING = (
@@ -31,11 +31,11 @@ class CrispnessPanel:
         self._folder = gui.add_folder(TITLE)
         with self._folder:
             self._text = gui.add_html("")
-            self._colour = gui.add_checkbox("Colour the curves by it", initial_value=False, hint="Key c")
-        on_change(self._colour, lambda: post(SetLayer(Layer.RESIDUALS, self._colour.value)))
+            self._colour = gui.add_checkbox("Colour the curves by it", initial_value=False)
+        on_change(self._colour, lambda: post(SetColouring(chosen(self._colour.value))))
 
     def refresh(self, session: Session) -> None:
-        self._colour.value = Layer.RESIDUALS in session.preferences.layers
+        self._colour.value = session.preferences.colouring is Colouring.RESIDUAL
         quality, dark = session.findings.quality, session.preferences.dark
         state = (quality, dark, absence(session))
         if self._drawn == state:
@@ -43,6 +43,11 @@ class CrispnessPanel:
         self._drawn = state
         self._folder.label = TITLE if quality is None else f"{TITLE}: {millimetres(quality.crispness.rms)}"
         self._text.content = table.block(*crispness(quality, dark) if quality else [table.paragraph(absence(session))])
+
+
+def chosen(on: bool) -> Colouring:
+    """Curves coloured by their residuals, or each by its own colour."""
+    return Colouring.RESIDUAL if on else Colouring.SPLINE
 
 
 def absence(session: Session) -> str:
@@ -73,7 +78,7 @@ def crispness(quality: Quality, dark: bool) -> list[str]:
         residual_picture(quality.histogram, colours),
         table.paragraph(MEANING, "dim"),
         table.heading("RMS along the curves, and the share of them"),
-        grades_picture(shares(quality.stretches), colours),
+        grades_picture(shares(quality.stretches, RESIDUALS), colours),
     ]
 
 

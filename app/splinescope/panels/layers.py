@@ -6,10 +6,11 @@ import viser
 
 from splinescope import table
 from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS
-from splinescope.commands import SetLayer
+from splinescope.commands import SetColouring, SetLayer
+from splinescope.grades import scale_of
 from splinescope.panels.panel import Post, on_change
 from splinescope.session import Session
-from splinescope.view import Layer
+from splinescope.view import Colouring, Layer
 
 
 class LayersPanel:
@@ -21,6 +22,9 @@ class LayersPanel:
             with gui.add_folder(title):
                 for layer in layers:
                     self._add(gui, post, layer)
+        labels = tuple(colouring.value for colouring in Colouring)
+        self._colouring = gui.add_dropdown("Colour of curves", labels, hint="Key C changes to the next")
+        on_change(self._colouring, lambda: post(SetColouring(Colouring(self._colouring.value))))
         self._why = gui.add_html("")
 
     def _add(self, gui: viser.GuiApi, post: Post, layer: Layer) -> None:
@@ -31,9 +35,19 @@ class LayersPanel:
         shown = session.preferences.layers
         for layer, box in self._boxes.items():
             box.value = layer in shown
+        self._colouring.value = session.preferences.colouring.value
         reasons = [reason for layer, reason in missing(session) if layer in shown]
+        reasons += uncoloured(session)
         self._why.content = table.block(*(table.paragraph(reason, "dim") for reason in reasons))
         self._why.visible = bool(reasons)
+
+
+def uncoloured(session: Session) -> list[str]:
+    """Why the curves keep their own colours although something else was chosen."""
+    chosen = session.preferences.colouring
+    if session.map_view is None or chosen is Colouring.SPLINE or scale_of(session.map_view, chosen) is not None:
+        return []
+    return [f"The curves are coloured by {chosen.value} when processing or optimising has ended."]
 
 
 def missing(session: Session) -> list[tuple[Layer, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bspline_slam.segmentation import EndKind
-from splinescope.grades import GRADES, UNGRADED
+from splinescope.grades import WIDTHS, Scale
 from splinescope.palette import (
     COMPARED_HUE,
     GREEN,
@@ -33,9 +33,9 @@ END_LABELS = {
 }
 
 
-def legend(theme: Theme, grading: bool = False) -> list[Section]:
-    """Sections for the page: a title, and entries of a label and a small drawing; with residuals in colour these come
-    first."""
+def legend(theme: Theme, scale: Scale | None = None) -> list[Section]:
+    """Sections for the page: a title, and entries of a label and a small drawing; a scale that curves are coloured by
+    comes first."""
     verdicts = [
         _entry(style.label, _line(theme.legible(style.hue), style.line) + _glyph(theme.legible(style.hue), style.glyph))
         for style in VERDICT_STYLES.values()
@@ -60,20 +60,21 @@ def legend(theme: Theme, grading: bool = False) -> list[Section]:
     yellow = theme.legible(YELLOW)
     endings = [_entry(END_LABELS[kind], _glyph(yellow, glyph)) for kind, glyph in END_GLYPHS.items()]
     return [
-        *([{"title": "Residuals along curves, RMS", "entries": grades(theme)}] if grading else []),
+        *([{"title": scale.title, "entries": grades(theme, scale)}] if scale is not None else []),
         {"title": "Associations", "entries": verdicts},
-        {"title": "Map", "entries": shapes[1:] if grading else shapes},
+        {"title": "Map", "entries": shapes if scale is None else shapes[1:]},
         {"title": "Paths", "entries": paths},
         {"title": "Ends of segments", "entries": endings},
     ]
 
 
-def grades(theme: Theme) -> list[dict[str, str]]:
-    """Entries for the grades of residuals, each in its colour and its width."""
-    return [
-        _entry(grade.label, _line(theme.graded(number), LineStyle.SOLID, width=grade.width))
-        for number, grade in enumerate(GRADES)
-    ] + [_entry(UNGRADED, _line(theme.spline(0), LineStyle.DOTTED))]
+def grades(theme: Theme, scale: Scale) -> list[dict[str, str]]:
+    """Entries for the grades of a scale, each in its colour and its width."""
+    known = [
+        _entry(label, _line(theme.graded(number), LineStyle.SOLID, width=width))
+        for number, (label, width) in enumerate(zip(scale.labels, WIDTHS, strict=True))
+    ]
+    return known + ([_entry(scale.unknown, _line(theme.spline(0), LineStyle.DOTTED))] if scale.unknown else [])
 
 
 def _entry(label: str, drawing: str) -> dict[str, str]:

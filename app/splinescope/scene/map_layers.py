@@ -10,14 +10,14 @@ from jaxtyping import Float
 
 from bspline_slam.bspline import BSpline
 from bspline_slam.spline_map import MapSpline
-from splinescope.grades import UNKNOWN, stretches_of
+from splinescope.grades import UNKNOWN, pieces
 from splinescope.palette import COMPARED_HUE, GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
 from splinescope.scene.ellipses import blocks, ellipses
 from splinescope.scene.paths import simplified
 from splinescope.scene.strokes import Strokes, broken, dashed, glyphs, polyline
-from splinescope.view import MapView, Selection
+from splinescope.view import Colouring, MapView, Selection
 
 MOST_ELLIPSES = 120
 OUTSIDE = 0.05  # m: what a path may be off outside of the window
@@ -32,12 +32,10 @@ def splines(view: MapView, theme: Theme, detail: Detail) -> Strokes:
     return Strokes(segments, colours[owner])
 
 
-def residuals(view: MapView, theme: Theme, detail: Detail, grade: int) -> Strokes:
-    """The stretches of curve whose beams lie in this grade of residuals; UNKNOWN: that too few saw, dotted."""
-    if view.stretches is None:
-        return NONE
+def graded(view: MapView, theme: Theme, detail: Detail, colouring: Colouring, grade: int) -> Strokes:
+    """The stretches of curve that have this grade; those of UNKNOWN dotted."""
     curves = {spline.id: spline.curve for spline in view.map}
-    chosen = [(curves[number], span) for number, span in stretches_of(view.stretches, grade) if number in curves]
+    chosen = [(curves[number], span) for number, span in pieces(view, colouring, grade) if number in curves]
     segments, _ = sampled([curve for curve, _ in chosen], [span for _, span in chosen], detail)
     if grade == UNKNOWN:
         near = detail.inside(segments[:, 0])

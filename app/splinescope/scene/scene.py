@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinescope.grades import GRADES, UNKNOWN
+from splinescope.grades import UNKNOWN, WIDTHS, Scale, scale_of
 from splinescope.page import Page
 from splinescope.page_values import Bounds
 from splinescope.palette import Theme, theme
@@ -74,19 +74,30 @@ def _map_and_selection(*parts: str) -> Callable[[View], Sources]:
 
 
 def _splines(f: Frame) -> Strokes:
-    """All splines, or while residuals are in colour what these leave out."""
+    """All splines, or while grades are in colour what these leave out."""
     if f.view.map is None:
         return Strokes.none()
-    if f.view.grading:
-        return map_layers.residuals(f.view.map, f.theme, f.detail, UNKNOWN)
+    if graded_by(f.view) is not None:
+        return map_layers.graded(f.view.map, f.theme, f.detail, f.view.colouring, UNKNOWN)
     return map_layers.splines(f.view.map, f.theme, f.detail)
 
 
-def _residuals(grade: int, width: float) -> Drawing:
-    def draw(view: MapView, theme: Theme, detail: Detail) -> Strokes:
-        return map_layers.residuals(view, theme, detail, grade)
+def graded_by(view: View) -> Scale | None:
+    """The scale that curves are coloured by, None where each has its own colour."""
+    return scale_of(view.map, view.colouring)
 
-    return Drawing(f"residuals {grade}", Layer.RESIDUALS, width, _map("map", "stretches"), _of_map(draw))
+
+def _coloured(view: View) -> Sources:
+    return (view.colouring, *_map("map", "stretches", "sigmas")(view))
+
+
+def _graded(grade: int, width: float) -> Drawing:
+    def draw(f: Frame) -> Strokes:
+        if f.view.map is None:
+            return Strokes.none()
+        return map_layers.graded(f.view.map, f.theme, f.detail, f.view.colouring, grade)
+
+    return Drawing(f"graded {grade}", Layer.SPLINES, width, _coloured, draw)
 
 
 DRAWINGS = (
@@ -105,8 +116,8 @@ DRAWINGS = (
         _map_and_selection("map", "covariances"),
         lambda f: _with_selection(f, map_layers.map_ellipses),
     ),
-    Drawing("splines", Layer.SPLINES, 2.6, _map("map", "stretches"), _splines),
-    *(_residuals(number, grade.width) for number, grade in enumerate(GRADES)),
+    Drawing("splines", Layer.SPLINES, 2.6, _coloured, _splines),
+    *(_graded(grade, width) for grade, width in enumerate(WIDTHS)),
     Drawing("compared", Layer.COMPARED, 1.8, lambda v: (v.compared,), _of_compared),
     Drawing(
         "control points",
@@ -166,7 +177,8 @@ class Scene:
         self._nodes = {d.name: LineNode(server, d.name, i + 1, d.width) for i, d in enumerate(DRAWINGS)}
         self._drawn: dict[str, Sources] = {}
         self._detail = OVERVIEW
-        self._theme: Theme | None = None
+        self._legend_of: tuple[Theme, Scale | None] | None = None
+        self._dark: bool | None = None
         self._told: dict[str, object] = {}
 
     @property
@@ -182,11 +194,14 @@ class Scene:
     def draw(self, view: View) -> None:
         """Make every page show this View; what it shares with the last one is not sent again."""
         self._detail = self._wanted_detail()
-        frame = Frame(view, theme(view.dark, view.comparing, view.grading), self._detail)
-        if frame.theme is not self._theme:
-            self._theme = frame.theme
+        scale = graded_by(view)
+        frame = Frame(view, theme(view.dark, view.comparing, scale is not None), self._detail)
+        if (frame.theme, scale) != self._legend_of:
+            self._legend_of = (frame.theme, scale)
+            self.page.send("legend", legend(frame.theme, scale))
+        if view.dark != self._dark:
+            self._dark = view.dark
             self.page.set_dark(view.dark)
-            self.page.send("legend", legend(frame.theme, view.grading))
         self._tell("grid", Layer.GRID in view.layers)
         self._tell("hint", hint(view, self._detail))
         with self.page.server.atomic():

@@ -18,17 +18,17 @@ LEAST_BEAMS = 5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stretches:
-    """Stretches of the splines of a map, along each in order: id of the spline, parameters of both ends, root mean
-    square distance (m) of the beams that saw it; NaN where too few did."""
+    """Stretches of the splines of a map, along each in order: id of the spline, parameters of both ends, and a value
+    (m): root mean square distance of the beams that saw it, unless said otherwise; NaN where that is not known."""
 
     spline: Int[np.ndarray, "s"]
     start: Float[np.ndarray, "s"]
     end: Float[np.ndarray, "s"]
-    rms: Float[np.ndarray, "s"]
+    value: Float[np.ndarray, "s"]
 
     @classmethod
     def of(cls, splines: SplineMap, residuals: BeamResiduals) -> Stretches:
-        """The supported stretch of each spline, cut evenly along its length."""
+        """The supported stretch of each spline, cut evenly along its length; NaN where too few beams saw it."""
         cuts = np.searchsorted(residuals.spline, np.arange(len(splines) + 1))
         none = np.zeros(0)
         spline, start, end, rms = [np.zeros(0, dtype=np.int64)], [none], [none], [none]

@@ -28,14 +28,14 @@ def test_a_place_where_beams_scatter_stands_out() -> None:
     found = Stretches.of(walls, residuals)
     middle = 0.5 * (found.start + found.end)
     disturbed = (found.spline == walls.splines[1].id) & (np.abs(middle - 0.5) < 0.08)
-    others = (found.spline != walls.splines[1].id) & np.isfinite(found.rms)
-    assert disturbed.any() and found.rms[disturbed].min() > 2.0 * found.rms[others].max()
+    others = (found.spline != walls.splines[1].id) & np.isfinite(found.value)
+    assert disturbed.any() and found.value[disturbed].min() > 2.0 * found.value[others].max()
 
 
 def test_where_nothing_was_seen_nothing_is_said() -> None:
     walls, seen = room(), beams(0.005)
     nothing = BeamResiduals.of(seen.part(np.zeros(len(seen), dtype=bool)), walls, FittingConfig())
-    assert np.isnan(Stretches.of(walls, nothing).rms).all()
+    assert np.isnan(Stretches.of(walls, nothing).value).all()
 
 
 def test_binned_figures_are_those_of_each_bin() -> None:
