@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from bspline_slam.calibration import OdometryBias
+from splinescope.lost_scans import listed
 from splinescope.quality import LaserNoise
 
 SAME = 0.005
@@ -30,19 +32,31 @@ def laser_findings(noise: LaserNoise, chi2_per_dof: float | None) -> list[Findin
     return [_range_noise(noise), *([_spread(noise.spread)] if noise.spread is not None else []), _fit(chi2_per_dof)]
 
 
-def odometry_findings(bias: OdometryBias | None, has_odometry: bool) -> list[Finding]:
-    """The bias of odometry and its lag; one sentence where there is nothing to tell."""
+def odometry_findings(bias: OdometryBias | None, has_odometry: bool, unfit: Sequence[int] = ()) -> list[Finding]:
+    """The bias of odometry and its lag, after where it was not believed (scans by index); one sentence where there is
+    nothing to tell."""
     if not has_odometry:
         return [Finding("", "", "This log has no odometry.")]
+    disbelieved = [Finding("", "", unfit_in_words(unfit))] if unfit else []
     if bias is None:
-        return [Finding("", "", "The robot moved too little to tell how odometry errs.")]
+        return disbelieved or [Finding("", "", "The robot moved too little to tell how odometry errs.")]
     return [
+        *disbelieved,
         Finding("distance scale", f"{bias.distance_scale:.3f}", _scale(bias.distance_scale, "metre", "driven")),
         Finding("turn scale", f"{bias.turn_scale:.3f}", _scale(bias.turn_scale, "degree", "turned")),
         _drift(bias.turn_per_metre),
         _lever(bias.lever),
         _lag(bias.lag),
     ]
+
+
+def unfit_in_words(unfit: Sequence[int]) -> str:
+    """A sentence on the scans whose odometry did not fit (indices of the log, increasing)."""
+    count = "1 scan" if len(unfit) == 1 else f"{len(unfit):,} scans"
+    return (
+        f"Odometry does not tell of the motion that the scans show: at {count} it was not believed, and beams alone "
+        f"said where the robot is ({listed(unfit)})."
+    )
 
 
 def _range_noise(noise: LaserNoise) -> Finding:

@@ -22,8 +22,8 @@ PACKAGES = ("splinescope", "numpy", "scipy", "numba", "gtsam", "kiss-icp", "rosb
 
 
 def report(log: ScanLog, config: SlamConfig, result: SlamResult, seconds: dict[str, float]) -> dict[str, Any]:
-    """Configuration, counts, lost scans, fit, calibration, wall times by stage (s) and memory (MB) of one run over
-    `log`."""
+    """Configuration, counts, lost scans and those whose odometry was not believed, fit, calibration, wall times by
+    stage (s) and memory (MB) of one run over `log`."""
     snapshot = result.snapshot
     return {
         "format": "splinescope-report",
@@ -32,6 +32,7 @@ def report(log: ScanLog, config: SlamConfig, result: SlamResult, seconds: dict[s
         "laser": TwinLaser.from_scan(log[0]).to_dict(),
         "counts": _counts(snapshot),
         "lost_scans": list(result.lost),
+        "odometry_unfit_scans": list(result.unfit),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
         "odometry": _odometry(log, snapshot),
         "range_noise": _range_noise(snapshot, config),

@@ -1,5 +1,5 @@
-"""Odometry made usable: its bias is learnt from the matched steps, and its noise from what the bias does not
-explain."""
+"""What the next step will be: odometry made usable, its bias learnt from the matched steps, as long as these say that
+it fits; else the motion so far."""
 
 from __future__ import annotations
 
@@ -15,8 +15,14 @@ from bspline_slam import se2
 class MotionConfig:
     """Noise that odometry starts with, per step (m and rad; shares of distance and turn), and how bias is learnt.
 
-    `guess_…` is the noise of a step that no odometry tells of. `trust` is the weight, in squared metres or radians of
-    motion, of the belief that odometry has no bias; `memory` the share of what was learnt that survives a step.
+    `guess_…` is the noise of a step that no odometry tells of, and `momentum` how much of the motion before it goes on
+    in it. `trust` is the weight, in squared metres or radians of motion, of the belief that odometry has no bias;
+    `distrust` that where it was found not to fit; `memory` the share of what was learnt that survives a key step.
+
+    Odometry is judged whenever the robot has moved by `judged_distance` or `judged_turn`: it fits as long as no more
+    than `most_unexplained` of the squared motion of late is left unexplained, and again when that is `convincing`;
+    `judged_memory` is the share of a judgement that survives the next, and `doubt` what odometry leaves unexplained
+    before anything was seen.
     """
 
     position: float = 0.02
@@ -24,29 +30,39 @@ class MotionConfig:
     heading: float = 0.02
     heading_per_metre: float = 0.05
     heading_per_radian: float = 0.1
-    guess_position: float = 0.3
+    guess_position: float = 0.15
     guess_heading: float = 0.3
+    momentum: float = 0.5
     trust: float = 0.3
+    distrust: float = 0.01
     memory: float = 0.995
     least_steps: int = 10
+    judged_distance: float = 0.1
+    judged_turn: float = np.deg2rad(5.0)
+    judged_memory: float = 0.9
+    doubt: float = 0.3
+    most_unexplained: float = 0.5
+    convincing: float = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OdometryCalibration:
     """Linear map from an odometry step (dx, dy, dθ) to the step really made, learnt by least squares.
 
-    `gram` and `moment` are the accumulated normal equations; the identity is the prior.
+    `gram` and `moment` are the accumulated normal equations. The identity is the prior, held less firmly when the
+    odometry of this log was once found not to fit (`distrusted`).
     """
 
     gram: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.zeros((3, 3)))
     moment: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.zeros((3, 3)))
     steps: int = 0
+    distrusted: bool = False
 
     def matrix(self, config: MotionConfig) -> Float[np.ndarray, "3 3"]:
         """The learnt 3 × 3 map; the identity until there is something to learn from."""
         if self.steps < config.least_steps:
             return np.eye(3)
-        prior = config.trust * np.eye(3)
+        prior = (config.distrust if self.distrusted else config.trust) * np.eye(3)
         return np.linalg.solve(self.gram + prior, self.moment + prior).T
 
     def corrected(self, step: Float[np.ndarray, "3"], config: MotionConfig) -> Float[np.ndarray, "3"]:
@@ -61,6 +77,7 @@ class OdometryCalibration:
             config.memory * self.gram + np.outer(step, step),
             config.memory * self.moment + np.outer(step, matched),
             self.steps + 1,
+            self.distrusted,
         )
 
 
@@ -72,9 +89,60 @@ def step_information(step: Float[np.ndarray, "3"], config: MotionConfig) -> Floa
     return np.diag([along**-2, along**-2, heading**-2])
 
 
+def surprise(off: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> float:
+    """Squared Mahalanobis distance of an error."""
+    return float(off @ information @ off)
+
+
 def guess_information(config: MotionConfig) -> Float[np.ndarray, "3 3"]:
     """Information matrix (x, y, θ) of a step guessed without odometry."""
     return np.diag([config.guess_position**-2, config.guess_position**-2, config.guess_heading**-2])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Unexplained:
+    """How much of the motion of late odometry leaves unexplained, of position and of heading: frozen wheels all of it,
+    reversed ones four times as much (as squares count).
+
+    `squares` (m², rad²) are sums of squared errors of odometry, `moved` of squared motion; noise counts as motion, so
+    that a straight drive says nothing of turns. `fits` is the verdict.
+    """
+
+    squares: Float[np.ndarray, "2"]
+    moved: Float[np.ndarray, "2"]
+    fits: bool = True
+
+    @classmethod
+    def at_start(cls, config: MotionConfig) -> Unexplained:
+        """What is expected before anything was seen."""
+        moved = np.square([config.judged_distance, config.judged_turn])
+        return cls(config.doubt * moved, moved)
+
+    def learned(
+        self,
+        wheels: Float[np.ndarray, "3"],
+        made: Float[np.ndarray, "3"],
+        seen: Float[np.ndarray, "3 3"],
+        config: MotionConfig,
+    ) -> Unexplained:
+        """After one more step, `made` as beams with information `seen` (frame of its end) say. Along a direction that
+        they leave open, a match only repeats what it was told, which is no evidence."""
+        noise = np.array([0.5 * config.judged_distance, 0.5 * config.judged_turn])
+        place = seen[:2, :2]
+        determined = np.linalg.solve(place + np.eye(2) / config.position**2, place)
+        off = se2.between(made, wheels)
+        motion = _squares(determined, se2.rotate(se2.inverse(made), made[:2]), made[2]) + noise**2
+        squares = np.minimum(_squares(determined, off[:2], off[2]), 4.0 * motion)
+        squares, motion = config.judged_memory * self.squares + squares, config.judged_memory * self.moved + motion
+        limit = config.most_unexplained if self.fits else config.convincing
+        return Unexplained(squares, motion, bool((squares <= limit * motion).all()))
+
+
+def _squares(
+    determined: Float[np.ndarray, "2 2"], place: Float[np.ndarray, "2"], turn: float
+) -> Float[np.ndarray, "2"]:
+    """Squared length of a step where it is determined, and squared turn."""
+    return np.array([np.sum(np.square(determined @ place)), turn**2])
 
 
 def guesses(
@@ -82,9 +150,13 @@ def guesses(
     last_step: Float[np.ndarray, "3"],
     calibration: OdometryCalibration,
     config: MotionConfig,
+    *,
+    believed: bool,
 ) -> tuple[Float[np.ndarray, "3"], ...]:
-    """Steps worth trying, the most trusted first: odometry (calibrated, raw), constant velocity, standing still."""
+    """Steps worth trying, the most trusted first: odometry (calibrated, raw), the motion before damped, going on, and
+    standing still; odometry last where it is not to be believed."""
+    plain = (config.momentum * last_step, last_step, se2.IDENTITY)
     if odometry_step is None:
-        return last_step, se2.IDENTITY
-    corrected = calibration.corrected(odometry_step, config)
-    return corrected, odometry_step, last_step, se2.IDENTITY
+        return plain
+    wheels = (calibration.corrected(odometry_step, config), odometry_step)
+    return (*wheels, *plain[1:]) if believed else (*plain, *wheels)

@@ -20,8 +20,8 @@ from bspline_slam.segmentation import SegmentationConfig, breakpoints
 class MatchingConfig:
     """Search window, field and refinement (m, rad).
 
-    `wide_…` is the window where no odometry tells where to look. `pull` is the correlation that a guess at the rim of
-    the window has to win against one at its centre.
+    `wide_…` is the window where no odometry tells where to look, `widest_…` that for a scan not found there. `pull` is
+    the correlation that a guess at the rim of the window has to win against one at its centre.
     """
 
     cell: float = 0.05
@@ -31,6 +31,8 @@ class MatchingConfig:
     turn: float = np.deg2rad(12.0)
     wide_reach: float = 0.6
     wide_turn: float = np.deg2rad(35.0)
+    widest_reach: float = 2.0
+    widest_turn: float = np.deg2rad(90.0)
     turn_step: float = np.deg2rad(0.5)
     pull: float = 0.1
     block: int = 4

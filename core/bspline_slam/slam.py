@@ -78,7 +78,8 @@ class SlamStep:
 
     `predicted` is the pose before the scan was looked at, `pose` after (world frame). `key` says whether the scan
     entered the map; only key scans carry segments, associations and loop closures. `score` (0…1) is the matcher's
-    correlation and `lost` that it was too low to be believed.
+    correlation and `lost` that it was too low to be believed; `unfit` that odometry was not believed, for it did not
+    fit what scans show.
     """
 
     scan: int
@@ -90,6 +91,7 @@ class SlamStep:
     segments: tuple[ScanSegment, ...] = ()
     associations: tuple[Association, ...] = ()
     loop_closures: tuple[LoopClosure, ...] = ()
+    unfit: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,11 +115,13 @@ class Snapshot:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SlamResult:
-    """A finished run: the estimate, wall seconds by stage, and the scans (by index) that were lost on the way."""
+    """A finished run: the estimate, wall seconds by stage, and the scans (by index) that were lost on the way or whose
+    odometry was `unfit`, not believed because it did not fit what scans show."""
 
     snapshot: Snapshot
     seconds: dict[str, float]
     lost: tuple[int, ...] = ()
+    unfit: tuple[int, ...] = ()
 
 
 StageProgress = Callable[[str, float, IterationRecord | None], None]
@@ -166,15 +170,17 @@ class Slam:
         map."""
         tracked = self._tracker.track(scan, odometry)
         if not tracked.key:
-            return SlamStep(scan.index, tracked.predicted, tracked.pose, False, tracked.lost, tracked.score)
+            step = SlamStep(scan.index, tracked.predicted, tracked.pose, False, tracked.lost, tracked.score)
+            return replace(step, unfit=tracked.unfit)
         closures = self._close_loops()
         segments = segment_scan(scan, self.config.segmentation)
         pose = self._tracker.key_poses[-1]
         sensor = scan.pose_robot_sensor[:2]
         associations = () if tracked.lost else self._builder.add(scan.index, pose, segments, sensor)
         step = SlamStep(
-            scan.index, tracked.predicted, pose, True, tracked.lost, tracked.score, segments, associations, closures
-        )
+            scan.index, tracked.predicted, pose, True, tracked.lost, tracked.score, segments, associations, closures,
+            tracked.unfit,
+        )  # fmt: skip
         self._steps.append(step)
         beams = int(np.count_nonzero(scan.valid))
         self._observations.append(KeyObservations(scan.index, segments, associations, beams, sensor))
@@ -345,16 +351,19 @@ def run_slam(
     slam = Slam(log, config, cancelled)
     seconds: dict[str, float] = {}
     lost: list[int] = []
+    unfit: list[int] = []
     started = perf_counter()
     for step in slam.steps():
         if step.lost:
             lost.append(step.scan)
+        if step.unfit:
+            unfit.append(step.scan)
         progress("scans", (step.scan + 1) / len(log), None)
     seconds["scans"] = perf_counter() - started
     started = perf_counter()
     snapshot = slam.finish(progress, cancelled)
     seconds["adjustment"] = perf_counter() - started
-    return SlamResult(snapshot, seconds, tuple(lost))
+    return SlamResult(snapshot, seconds, tuple(lost), tuple(unfit))
 
 
 def adjust(

@@ -3,14 +3,22 @@ key scan."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.graph import PoseFactor, square_root
-from bspline_slam.motion import MotionConfig, OdometryCalibration, guess_information, guesses, step_information
+from bspline_slam.motion import (
+    MotionConfig,
+    OdometryCalibration,
+    Unexplained,
+    guess_information,
+    guesses,
+    step_information,
+    surprise,
+)
 from bspline_slam.scan import LaserScan
 from bspline_slam.scan_matching import (
     Match,
@@ -32,14 +40,18 @@ from bspline_slam.segmentation import SegmentationConfig
 class TrackingConfig:
     """When a scan becomes a key scan (m, rad), what it is matched to, and when its match is not believed.
 
-    `local_scans` make the local map. A scan is searched for, not only refined, when it lies `far_…` from the last
-    one, when fewer than `doubtful_inliers` of its beams fit, or when the squared Mahalanobis distance to its
-    prediction exceeds `surprise`. Below a correlation of `lost_score`, or when less than `lost_beams` of its beams
+    `local_scans` make the local map. A scan stands still, and is not matched, when odometry says so since the last
+    matched one and at least `still_beams` of its ranges are within `still_range` (m) of that one's. A scan is searched
+    for, not only refined, when it lies `far_…` from the last one, when fewer than `doubtful_inliers` of its beams fit,
+    or when the squared Mahalanobis distance to its prediction exceeds `surprise`; where no odometry is to be believed
+    also when a direction is left open by more than `open_distance` (m, 1 σ) or fewer than `unsure_inliers` fit.
+    Below a correlation of `lost_score`, or when less than `lost_beams` of its beams
     come back, a scan is lost and odometry is taken instead. When less than that see beyond `blocked_range` (m),
     somebody may stand before the laser, which fits anywhere: then `good_score` is asked for, and nothing is ever
     matched to a scan that has it not.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
-    matches share their errors.
+    matches share their errors. A key scan that nothing ties to the one before, neither beams nor odometry, lies within
+    `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled.
     """
 
     distance: float = 0.5
@@ -47,6 +59,8 @@ class TrackingConfig:
     local_scans: int = 12
     still_distance: float = 0.01
     still_turn: float = np.deg2rad(0.3)
+    still_range: float = 0.05
+    still_beams: float = 0.7
     far_distance: float = 0.35
     far_turn: float = np.deg2rad(15.0)
     good_score: float = 0.6
@@ -55,8 +69,13 @@ class TrackingConfig:
     blocked_range: float = 0.6
     doubtful_inliers: float = 0.5
     surprise: float = 9.0
+    open_distance: float = 0.03
+    unsure_inliers: float = 0.7
     widening: float = 9.0
+    wheel_gate: float = 25.0
     floor: tuple[float, float, float] = (0.007, 0.007, 0.003)
+    lost_step: tuple[float, float, float] = (1.0, 1.0, 0.5)
+    lost_travel: float = 10.0
 
 
 NOTHING = PointSet(np.zeros((0, 2)), np.zeros((0, 2)))
@@ -74,14 +93,15 @@ class KeyScan:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tracked:
-    """What tracking says of one scan: pose before and after looking at it, its correlation, and whether it is a
-    key scan."""
+    """What tracking says of one scan: pose before and after looking at it, its correlation, whether it is a key scan,
+    and whether its odometry was `unfit`, that is, not believed because it did not fit what scans show."""
 
     predicted: Float[np.ndarray, "3"]
     pose: Float[np.ndarray, "3"]
     score: float
     lost: bool
     key: bool
+    unfit: bool = False
 
 
 @dataclass
@@ -102,43 +122,55 @@ class Tracker:
     moves: list[Float[np.ndarray, "3"]] = field(default_factory=list)
     factors: list[PoseFactor] = field(default_factory=list)
     calibration: OdometryCalibration = field(default_factory=OdometryCalibration)
+    unexplained: Unexplained = field(init=False)
+    _judged: tuple[int, Float[np.ndarray, "3"] | None] = (0, None)
+    _matched: int = 0
+    _ranges: Float[np.ndarray, "beams"] = field(default_factory=lambda: np.zeros(0))
     _odometry: Float[np.ndarray, "3"] | None = None
     _key_odometry: Float[np.ndarray, "3"] | None = None
     _last_step: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
     _target: Target | None = None
     _surroundings: Surroundings | None = None
 
+    def __post_init__(self) -> None:
+        self.unexplained = Unexplained.at_start(self.motion)
+
     def track(self, scan: LaserScan, odometry: Float[np.ndarray, "3"] | None) -> Tracked:
         """Place the next scan of the log; `odometry` is its odometry pose, None where the log has none."""
-        points = point_set(scan, self.matching, self.segmentation)
         if not self.keys:
-            self._odometry = odometry
-            self._insert(scan, points, se2.IDENTITY, odometry, None)
+            self._insert(scan, point_set(scan, self.matching, self.segmentation), se2.IDENTITY, odometry, None)
+            self._keep(scan, odometry)
             return Tracked(se2.IDENTITY, se2.IDENTITY, 1.0, lost=False, key=True)
 
-        previous = self._pose_of_last_scan()
-        step = None if odometry is None or self._odometry is None else se2.between(self._odometry, odometry)
-        tries = guesses(step, self._last_step, self.calibration, self.motion)
+        previous = self._tracked(self._matched)
+        wheels = None if odometry is None or self._odometry is None else se2.between(self._odometry, odometry)
+        believed = wheels is not None and self.unexplained.fits
+        tries = guesses(wheels, self._last_step, self.calibration, self.motion, believed=believed)
         predicted = se2.compose(previous, tries[0])
-        self._odometry = odometry
-        if step is not None and self._still(step):
+        if wheels is not None and believed and self._still(wheels) and self._unchanged(scan):
             self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], predicted)))
             return Tracked(predicted, predicted, 1.0, lost=False, key=False)
 
-        information = guess_information(self.motion) if step is None else step_information(tries[0], self.motion)
+        points = point_set(scan, self.matching, self.segmentation)
+        information = step_information(tries[0], self.motion) if believed else guess_information(self.motion)
         match = self._refined(points, predicted, information)
         key = self._is_key(match.pose) or self._is_key(predicted)
         near, lost = self._sees_less(scan, self.config.blocked_range), self._sees_less(scan, 0.0)
-        if lost or self._far(tries[0]) or self._doubtful(match, predicted, information):
-            match = self._searched(points, previous, tries, information, unknown=step is None)
+        doubtful = self._far(tries[0]) or self._doubtful(match, predicted, information)
+        if lost or doubtful or (not believed and self._unsure(match)):
+            match = self._searched(points, previous, tries, information, unknown=not believed)
             lost = lost or match.score < (self.config.good_score if near else self.config.lost_score)
         pose = predicted if lost else match.pose
         self._last_step = se2.between(previous, pose)
-        if key or self._is_key(pose):
+        key = key or self._is_key(pose)
+        if key:
             self._insert(scan, NOTHING if near and lost else points, pose, odometry, None if lost else match)
-            return Tracked(predicted, pose, match.score, lost, key=True)
-        self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], pose)))
-        return Tracked(predicted, pose, match.inliers, lost, key=False)
+        else:
+            self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], pose)))
+        self._keep(scan, odometry)
+        self._judge_wheels(odometry, None if lost else match)
+        unfit = wheels is not None and not believed
+        return Tracked(predicted, pose, match.score if key else match.inliers, lost, key, unfit)
 
     @property
     def poses(self) -> Float[np.ndarray, "scans 3"]:
@@ -166,9 +198,46 @@ class Tracker:
         self._target = self._surroundings = None
 
     # -- steps of `track` --------------------------------------------------------------------------------------
-    def _pose_of_last_scan(self) -> Float[np.ndarray, "3"]:
-        anchor, relative = self.anchors[-1]
+    def _tracked(self, scan: int) -> Float[np.ndarray, "3"]:
+        """World pose of a scan (by its number among those tracked), tied to the key scan before it."""
+        anchor, relative = self.anchors[scan]
         return se2.compose(self.key_poses[anchor], relative)
+
+    def _keep(self, scan: LaserScan, odometry: Float[np.ndarray, "3"] | None) -> None:
+        """Remember the last scan as the one that the next ones are seen from."""
+        self._matched, self._ranges, self._odometry = len(self.anchors) - 1, scan.ranges, odometry
+
+    def _unchanged(self, scan: LaserScan) -> bool:
+        """Whether a scan sees what the last matched one saw; frozen wheels do not show it when the robot moves."""
+        if len(scan.ranges) != len(self._ranges):
+            return False
+        with np.errstate(invalid="ignore"):
+            alike = np.abs(scan.ranges - self._ranges) < self.config.still_range
+        return bool(np.mean(alike | (scan.ranges == self._ranges)) >= self.config.still_beams)
+
+    def _unsure(self, match: Match) -> bool:
+        """Whether a match leaves a direction open, or hardly half of the beams fit: to be searched for where no
+        odometry helps."""
+        weakest = np.linalg.eigvalsh(match.information[:2, :2])[0] * self.config.open_distance**2
+        return bool(weakest < self.config.widening or match.inliers < self.config.unsure_inliers)
+
+    def _judge_wheels(self, odometry: Float[np.ndarray, "3"] | None, match: Match | None) -> None:
+        """Hold odometry against the poses of matched scans, one stretch of motion after the other."""
+        (since, before), now = self._judged, len(self.anchors) - 1
+        if odometry is None or match is None or before is None:
+            self._judged = (now, odometry)
+            return
+        made = se2.between(self._tracked(since), self._tracked(now))
+        wheels = self.calibration.corrected(se2.between(before, odometry), self.motion)
+        if self._counts(made) or self._counts(wheels):
+            seen = turned(match.information / self.config.widening, -match.pose[2])
+            self.unexplained = self.unexplained.learned(wheels, made, seen, self.motion)
+            self._judged = (now, odometry)
+            if not self.unexplained.fits:
+                self.calibration = replace(self.calibration, distrusted=True)
+
+    def _counts(self, step: Float[np.ndarray, "3"]) -> bool:
+        return bool(np.hypot(step[0], step[1]) > self.motion.judged_distance or abs(step[2]) > self.motion.judged_turn)
 
     def _sees_less(self, scan: LaserScan, beyond: float) -> bool:
         """Whether hardly any beam comes back from farther than `beyond` (m)."""
@@ -187,9 +256,8 @@ class Tracker:
 
     def _doubtful(self, match: Match, predicted: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> bool:
         """Whether a match without search lies too far from its prediction, or too few beams support it."""
-        off = se2.between(predicted, match.pose)
-        surprise = float(off @ information @ off)
-        return surprise > self.config.surprise or match.inliers < self.config.doubtful_inliers
+        off = surprise(se2.between(predicted, match.pose), information)
+        return off > self.config.surprise or match.inliers < self.config.doubtful_inliers
 
     def _refined(self, points: PointSet, guess: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> Match:
         return refine(
@@ -206,10 +274,11 @@ class Tracker:
         *,
         unknown: bool,
     ) -> Match:
-        """The best of searches around each guess of the step; in a wider window where no odometry tells of it."""
+        """The best of searches around each guess of the step. Where no odometry tells of it, in a wider window, and
+        wider still when nothing good is found."""
         if self._surroundings is None:
             self._surroundings = surroundings(self.local_target(), self.matching)
-        place, config = self._surroundings, self.matching
+        place, config, good = self._surroundings, self.matching, self.config.good_score
         reach, turn = (config.wide_reach, config.wide_turn) if unknown else (config.reach, config.turn)
         best, guess, best_score = previous, previous, -1.0
         for step in tries:
@@ -217,9 +286,13 @@ class Tracker:
             found, score = search(place.field, points, start, config, reach, turn)
             if score > best_score + 0.02:
                 best, guess, best_score = found, start, score
-            if best_score > self.config.good_score:
+            if best_score > good and not unknown:
                 break
-        return settle(place, points, best, best_score, config, guess, turned(information, best[2]))
+        if unknown and best_score < good:
+            found, score = search(place.field, points, previous, config, config.widest_reach, config.widest_turn)
+            best, best_score = (found, score) if score > good else (best, best_score)
+        held = best if unknown else guess
+        return settle(place, points, best, best_score, config, held, turned(information, best[2]))
 
     def _insert(
         self,
@@ -233,6 +306,7 @@ class Tracker:
         if self.keys:
             moved = se2.between(self.key_poses[-1], pose)
             travel = self.keys[-1].travel + float(np.hypot(moved[0], moved[1]))
+            travel += self.config.lost_travel if match is None else 0.0
             wheels = None
             if odometry is not None and self._key_odometry is not None:
                 wheels = se2.between(self._key_odometry, odometry)
@@ -249,19 +323,19 @@ class Tracker:
     def _factors(
         self, moved: Float[np.ndarray, "3"], wheels: Float[np.ndarray, "3"] | None, match: Match | None
     ) -> list[PoseFactor]:
-        """What wheels and beams each say about the step from the last key scan; a bare guess where neither speaks."""
+        """What wheels and beams each say about the step from the last key scan, wheels as long as they fit; next to
+        nothing where neither speaks."""
         i, j = len(self.keys) - 1, len(self.keys)
         out = []
-        if wheels is not None or match is None:
-            step, information = moved, guess_information(self.motion)
-            if wheels is not None:
-                step = self.calibration.corrected(wheels, self.motion)
-                information = step_information(step, self.motion)
-            out.append(PoseFactor(i, j, step, square_root(information), "odometry"))
+        if wheels is not None and self.unexplained.fits:
+            step = self.calibration.corrected(wheels, self.motion)
+            information = step_information(step, self.motion)
+            if match is None or surprise(se2.between(step, moved), information) < self.config.wheel_gate:
+                out.append(PoseFactor(i, j, step, square_root(information), "odometry"))
         if match is not None:
             root = square_root(matched_information(match, self.config))
             out.append(PoseFactor(i, j, moved, root, "matching"))
-        return out
+        return out or [PoseFactor(i, j, moved, np.diag(1.0 / np.array(self.config.lost_step)), "odometry")]
 
 
 def turned(information: Float[np.ndarray, "3 3"], heading: float) -> Float[np.ndarray, "3 3"]:

@@ -46,8 +46,16 @@ def test_what_is_next_to_nothing_is_none() -> None:
 def test_what_is_not_known_is_said() -> None:
     assert "no odometry" in odometry_findings(None, False)[0].sentence
     assert "too little" in odometry_findings(None, True)[0].sentence
+    assert "at 3 scans it was not believed" in odometry_findings(None, True, [4, 5, 6])[0].sentence
     unknown = laser_findings(LaserNoise(0.012, None, None), None)
     assert [finding.value for finding in unknown] == ["12.0 mm configured", "–"]
+
+
+def test_odometry_that_was_not_believed_comes_first() -> None:
+    first, *others = odometry_findings(BIAS, True, [3, 4, 5, 9])
+    assert "at 4 scans it was not believed" in first.sentence
+    assert "3–5, 9" in first.sentence
+    assert others == odometry_findings(BIAS, True)
 
 
 @pytest.mark.parametrize(("chi2", "said"), [(0.5, "careful side"), (1.0, "about as well"), (2.0, "claim too much")])

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from bspline_slam import se2
-from bspline_slam.motion import MotionConfig, OdometryCalibration, guesses, step_information
+from bspline_slam.motion import MotionConfig, OdometryCalibration, Unexplained, guesses, step_information
 
 BIAS = np.array([[0.96, 0.0, 0.0], [0.0, 1.0, 0.08], [0.055, 0.0, 0.97]])
 
@@ -40,8 +43,64 @@ def test_longer_and_sharper_steps_are_less_certain() -> None:
     assert (short > np.diag(step_information(np.array([0.1, 0.0, 1.0]), config))).all()
 
 
-def test_without_odometry_constant_velocity_is_tried_first() -> None:
-    last = np.array([0.2, 0.0, 0.1])
-    tries = guesses(None, last, OdometryCalibration(), MotionConfig())
-    np.testing.assert_array_equal(tries[0], last)
+def test_without_odometry_the_motion_before_is_tried_damped_first() -> None:
+    last, config = np.array([0.2, 0.0, 0.1]), MotionConfig()
+    tries = guesses(None, last, OdometryCalibration(), config, believed=False)
+    np.testing.assert_array_equal(tries[0], config.momentum * last)
+    np.testing.assert_array_equal(tries[1], last)
     np.testing.assert_array_equal(tries[-1], se2.IDENTITY)
+
+
+def test_odometry_comes_last_where_it_is_not_believed() -> None:
+    wheels, last = np.array([0.3, 0.0, 0.0]), np.array([0.2, 0.0, 0.1])
+    first, second = (
+        guesses(wheels, last, OdometryCalibration(), MotionConfig(), believed=believed) for believed in (True, False)
+    )
+    np.testing.assert_array_equal(first[0], wheels)
+    np.testing.assert_array_equal(second[-1], wheels)
+    assert not any(np.array_equal(step, wheels) for step in second[:3])
+
+
+CLEAR = np.diag([1e5, 1e5, 1e5])
+
+
+def judged(
+    rng: np.random.Generator, wrong: np.ndarray, steps: int, seen: np.ndarray = CLEAR, turns: float = 0.1
+) -> Unexplained:
+    """The verdict on odometry that says `wrong` @ step, with noise, of each step made."""
+    found, config = Unexplained.at_start(MotionConfig()), MotionConfig()
+    for _ in range(steps):
+        made = np.array([0.15, 0.0, rng.normal(0, turns)])
+        found = found.learned(wrong @ made + rng.normal(0, 0.01, 3), made, seen, config)
+    return found
+
+
+@pytest.mark.parametrize("signs", [(-1, 1, 1), (1, 1, -1), (0, 0, 0), (-1, -1, -1)])
+def test_reversed_and_frozen_odometry_is_found_out_within_a_metre(signs: tuple[int, int, int]) -> None:
+    assert not judged(np.random.default_rng(3), np.diag(signs), 7).fits
+
+
+def test_odometry_with_a_common_bias_fits() -> None:
+    assert judged(np.random.default_rng(4), BIAS, 200).fits
+    assert judged(np.random.default_rng(5), np.diag([1.3, 1.0, 1.3]), 200).fits
+
+
+def test_along_a_bare_corridor_nothing_is_held_against_odometry() -> None:
+    corridor = np.diag([0.0, 1e5, 1e5])
+    assert judged(np.random.default_rng(6), np.diag([-1.0, 1.0, 1.0]), 50, corridor, turns=0.0).fits
+
+
+def test_what_fits_again_is_believed_again() -> None:
+    rng, config = np.random.default_rng(7), MotionConfig()
+    found = judged(rng, np.zeros((3, 3)), 20)
+    for _ in range(60):
+        made = np.array([0.15, 0.0, rng.normal(0, 0.1)])
+        found = found.learned(made + rng.normal(0, 0.01, 3), made, CLEAR, config)
+    assert found.fits
+
+
+def test_a_bias_is_learnt_sooner_where_odometry_was_found_not_to_fit() -> None:
+    flipped, config = np.diag([-1.0, 1.0, 1.0]), MotionConfig()
+    learned = learnt(np.random.default_rng(8), flipped, 15)
+    distrusted = replace(learned, distrusted=True)
+    assert distrusted.matrix(config)[0, 0] < -0.9 < learned.matrix(config)[0, 0]

@@ -41,6 +41,58 @@ def test_the_path_is_followed(odometry: str) -> None:
     assert kinds == ({"matching", "odometry"} if wheels is not None else {"matching"})
 
 
+def wrong(path: np.ndarray, factor: np.ndarray) -> np.ndarray:
+    """Odometry whose every step is multiplied by `factor`."""
+    poses = [np.zeros(3)]
+    for step in se2.between(path[:-1], path[1:]):
+        poses.append(se2.compose(poses[-1], step * factor))
+    return np.array(poses)
+
+
+@pytest.mark.parametrize("factor", [(0, 0, 0), (-1, -1, 1), (1, 1, -1), (-1, -1, -1)])
+def test_odometry_that_does_not_fit_is_found_out_and_not_followed(factor: tuple[int, int, int]) -> None:
+    """Not after the first steps, that is."""
+    path, rng, one = loop_path(90), np.random.default_rng(8), tracker()
+    wheels = wrong(path, np.array(factor, dtype=float))
+    tracked = [one.track(room_scan(pose, rng, index=k), wheels[k]) for k, pose in enumerate(path)]
+    off = se2.between(se2.between(path[0], path), one.poses)[3:]
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
+    assert any(found.unfit for found in tracked)
+    assert not any(found.lost for found in tracked)
+
+
+def test_odometry_that_fits_is_believed_throughout() -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(9), tracker()
+    wheels = drifting(path, 0.01, 0.95)
+    assert not any(one.track(room_scan(pose, rng, index=k), wheels[k]).unfit for k, pose in enumerate(path))
+
+
+def test_a_robot_that_creeps_is_followed() -> None:
+    """Each step is too small to count as motion, and odometry errs by half."""
+    path, rng, one = loop_path(60)[:30], np.random.default_rng(10), tracker()
+    slow = se2.interpolate(path[:-1, None], path[1:, None], np.linspace(0, 1, 40, endpoint=False)).reshape(-1, 3)[:600]
+    wheels = wrong(slow, np.array([0.5, 0.5, 1.0]))
+    for k, pose in enumerate(slow):
+        one.track(room_scan(pose, rng, index=k), wheels[k])
+    off = se2.between(se2.between(slow[0], slow), one.poses)
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
+    assert len(one.keys) > 3
+
+
+def test_a_lost_key_scan_is_tied_loosely_where_no_odometry_tells_of_it() -> None:
+    path, rng, one = loop_path(30), np.random.default_rng(11), Tracker(
+        TrackingConfig(distance=0.1), MatchingConfig(), SegmentationConfig(), MotionConfig()
+    )  # fmt: skip
+    for k, pose in enumerate(path[:16]):
+        scan = room_scan(pose, rng, index=k)
+        one.track(replace(scan, ranges=np.full(361, np.inf)) if k == 10 else scan, None)
+    lost = [key.scan for key in one.keys].index(10)
+    tie = next(factor for factor in one.factors if factor.j == lost)
+    assert tie.kind == "odometry"
+    assert np.abs(tie.sqrt_information).max() <= 2.0
+    assert one.keys[lost].travel - one.keys[lost - 1].travel > TrackingConfig().lost_travel
+
+
 def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
     path, rng, one = loop_path(60), np.random.default_rng(6), tracker()
     for k, pose in enumerate(path[:40]):

@@ -30,7 +30,8 @@ def calibration(session: Session) -> list[str]:
     if quality is None or log is None:
         return [table.paragraph(UNMEASURED, "dim")]
     laser = laser_findings(quality.laser, quality.chi2_per_dof)
-    wheels = odometry_findings(quality.odometry, log.odometry is not None)
+    unfit = sorted(step.scan for step in session.findings.steps.values() if step.unfit)
+    wheels = odometry_findings(quality.odometry, log.odometry is not None, unfit)
     return [
         table.heading("The laser, as the residuals tell it"),
         table.explained(laser),
