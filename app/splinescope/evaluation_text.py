@@ -127,8 +127,9 @@ def size_text(figures: dict[str, Any]) -> str:
 
 
 def cost_figures(report: dict[str, Any]) -> dict[str, Any]:
-    """Wall time by stage (s) and memory (MB) of the run, as far as its report tells."""
-    return {name: report[name] for name in ("seconds", "seconds_total", "peak_memory_mb") if name in report}
+    """Wall time by stage, processor time (s) and memory (MB) of the run, as far as its report tells."""
+    names = ("seconds", "seconds_total", "processor_seconds", "peak_memory_mb")
+    return {name: report[name] for name in names if name in report}
 
 
 def cost_text(figures: dict[str, Any]) -> str:
@@ -136,8 +137,9 @@ def cost_text(figures: dict[str, Any]) -> str:
     if "seconds_total" not in figures:
         return ""
     stages = ", ".join(f"{stage} {time:.1f}" for stage, time in figures.get("seconds", {}).items())
+    processor = f", {figures['processor_seconds']:.1f} s of processor" if "processor_seconds" in figures else ""
     memory = f", {figures['peak_memory_mb']:.0f} MB" if "peak_memory_mb" in figures else ""
-    return f"run          {figures['seconds_total']:.1f} s ({stages}){memory}"
+    return f"run          {figures['seconds_total']:.1f} s ({stages}){processor}{memory}"
 
 
 def _near(figures: dict[str, Any]) -> str:

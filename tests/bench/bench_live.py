@@ -1,6 +1,6 @@
 """Scan by scan, as a robot would bring them: how long each takes, alone and with the map adjusted beside it.
 
-`python tests/bench/bench_live.py [LOG] [--scans N]`, by default the largest log at hand. Times are from asking for a
+`make bench ARGS="live -- [LOG] [--scans N]"`, by default the largest log at hand. Times are from asking for a
 scan to having its step: reading, matching, loop closing, mapping.
 """
 

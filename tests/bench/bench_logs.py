@@ -1,83 +1,96 @@
-"""Whole logs from first byte to written map: time, memory, size and fit of the map, and error where it can be known."""
+"""Whole logs from first byte to written map: time by stage, memory, size and fit of the map, and error where known.
+
+`make bench ARGS="logs -- [LOG …]"`, by default the office sample and all recordings at hand.
+"""
 
 from __future__ import annotations
 
+import argparse
 import json
-import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any
 
+from bench.processes import run_module
 from bench.recordings import recordings, recordings_folder
 
 COLUMNS = (
-    "log", "scans", "keys", "splines", "points", "chi2/dof", "seconds", "MB", "held mm", "in 3 cm", "error m",
-    "error °", "scored",
+    "log", "scans", "keys", "splines", "points", "χ²/dof", "wall s", "CPU s", "scans s", "adjust s", "covar s", "MB",
+    "held mm", "in 3 cm", "clean m", "clean °", "worst m", "all m", "all °", "truth m",
 )  # fmt: skip
-
-
-def splinescope(*arguments: str | Path) -> str:
-    """What a command prints, from a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-m", "splinescope", *map(str, arguments)], capture_output=True, text=True, check=True
-    )
-    return done.stdout
+WIDTH = 9
 
 
 def mapped(log: Path, out: Path) -> dict[str, Any]:
     """One log, run and evaluated."""
     start = perf_counter()
-    splinescope("run", log, "--out", out)
+    run_module("splinescope", "run", log, "--out", out)
     wall = perf_counter() - start
     report = json.loads((out / "report.json").read_text())
-    counts = report["counts"]
+    counts, seconds = report["counts"], report["seconds"]
     row: dict[str, Any] = {
         "log": log.name,
         "scans": counts["scans"],
         "keys": counts["key_scans"],
         "splines": counts["splines"],
         "points": counts["control_points"],
-        "chi2/dof": round(report["chi2_per_dof"], 2),
-        "seconds": round(wall, 1),
+        "χ²/dof": round(report["chi2_per_dof"], 2),
+        "wall s": round(wall, 1),
+        "CPU s": report["processor_seconds"],
+        "scans s": round(seconds["scans"], 1),
+        "adjust s": round(seconds["adjustment"], 1),
+        "covar s": round(seconds["covariances"], 1),
         "MB": round(report["peak_memory_mb"]),
     }
     return row | figures(log, out)
 
 
 def figures(log: Path, out: Path) -> dict[str, Any]:
-    """How well the map fits beams that it was not fitted to, and the mean error against hand-checked relations, else
-    against the truth beside the log where there is either."""
-    relations = recordings_folder() / f"{log.name.split('-')[0]}-clean.relations"
-    truth = log.with_name(log.name.split(".")[0] + ".truth.tum")
-    against = ["--relations", relations] if relations.exists() else ["--reference", truth] if truth.exists() else []
-    found = json.loads(splinescope("evaluate", out, "--log", log, *against, "--json"))
+    """How well the map fits beams that it was not fitted to, and the mean errors against hand-checked relations, or
+    against the truth beside the log, where there are any."""
+    found = evaluated(out, "--log", log)
     row: dict[str, Any] = {
         "held mm": round(1e3 * found["held_out"]["rms_within_5cm_m"], 2),
         "in 3 cm": round(found["held_out"]["share_within_3cm"], 3),
     }
-    if "relations" in found:
-        errors = found["relations"]
-        row["error m"] = round(errors["translation_m"]["mean"], 4)
-        row["error °"] = round(errors["rotation_deg"]["mean"], 3)
-        row["scored"] = errors["scored"]
-    elif "reference" in found:
-        row["error m"] = round(found["reference"]["ate_m"]["mean"], 4)
+    for name, file in (("clean", "-clean.relations"), ("all", ".relations")):
+        relations = recordings_folder() / f"{log.name.split('-')[0]}{file}"
+        if relations.exists():
+            errors = evaluated(out, "--relations", relations)["relations"]
+            row[f"{name} m"] = round(errors["translation_m"]["mean"], 4)
+            row[f"{name} °"] = round(errors["rotation_deg"]["mean"], 3)
+            if name == "clean":
+                row["worst m"] = round(errors["translation_m"]["maximum"], 3)
+    truth = log.with_name(log.name.split(".")[0] + ".truth.tum")
+    if truth.exists():
+        row["truth m"] = round(evaluated(out, "--reference", truth)["reference"]["ate_m"]["mean"], 4)
     return row
+
+
+def evaluated(out: Path, *options: str | Path) -> dict[str, Any]:
+    """What `evaluate` finds of a run."""
+    return json.loads(run_module("splinescope", "evaluate", out, *options, "--json"))
 
 
 def main(argv: list[str]) -> list[dict[str, Any]]:
     """Print the table and return its rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("logs", nargs="*", type=Path, default=recordings())
     rows = []
-    print("".join(f"{column:>16}" if k == 0 else f"{column:>10}" for k, column in enumerate(COLUMNS)))
-    for log in recordings():
+    print("".join(f"{column:>{width(column)}}" for column in COLUMNS))
+    for log in parser.parse_args(argv).logs:
         with TemporaryDirectory() as folder:
             row = mapped(log, Path(folder))
         rows.append(row)
-        cells = [str(row.get(column, "–")) for column in COLUMNS]
-        print("".join(f"{cell[:16]:>16}" if k == 0 else f"{cell:>10}" for k, cell in enumerate(cells)), flush=True)
+        print("".join(f"{row.get(column, '–')!s:>{width(column)}}" for column in COLUMNS), flush=True)
     return rows
+
+
+def width(column: str) -> int:
+    """Characters of a column."""
+    return 22 if column == "log" else WIDTH
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""Twins of whole logs: errors against the truth under several seeds. `python tests/bench/bench_twin.py --help`."""
+"""Twins of whole logs: errors against the truth under several seeds. `make bench ARGS="twin -- --help"`."""
 
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from bench.processes import run_module
 from bench.recordings import SAMPLES, recordings_folder
 from splinescope import twin_table as table
 from splinescope.twin import run_trials
@@ -20,8 +20,7 @@ OFFICE, INTEL = SAMPLES / "office.log.gz", "intel-lab.log.gz"
 def trials_on(log: Path, seeds: range, scans: str | None) -> dict[str, Any]:
     """Run the pipeline on a log, then on its twins; prints the table and returns its figures."""
     with TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "splinescope", "run", str(log), "--out", folder]
-        subprocess.run(command, capture_output=True, check=True)
+        run_module("splinescope", "run", log, "--out", folder)
         twin = chosen_stretch(read_twin(Path(folder), log), scans)
     print(f"-- {twin.name}", flush=True)
     trials = run_trials(twin, seeds, lambda stage, share: None, lambda: False, lambda line: print(line, flush=True))
