@@ -15,15 +15,14 @@ from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_
 from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
-from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig
-from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
-from bspline_slam.knots import greville
+from bspline_slam.flat_curves import FlatCurves
+from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor, square_root
 from bspline_slam.laser_noise import calibrated
 from bspline_slam.models.protocol import Model, SeenBeams
 from bspline_slam.observation import SplineObservation, across_sigma
-from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet
+from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet, renumbered
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.trimming import TrimmingConfig, thinned, trimmed
 
@@ -36,14 +35,15 @@ class AdjustmentConfig:
     deviation (m) of second differences of control points, `slide` that of a whole curve along itself as its best
     observer sees it: nothing measures that direction, so it only fixes the parametrisation. `anchor` holds the first
     pose (m, rad). `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak
-    through the splines. Curves are trimmed every round. Half way the noise of the laser is estimated from what is left
-    over (`estimate_noise`; else it is as configured), and knots that earn nothing are taken out.
+    through the splines, but back ends that take key scans in their order begin where it says. Curves are trimmed every
+    round. Half way the noise of the laser is estimated from what is left over (`estimate_noise`; else it is as
+    configured), and knots that earn nothing are taken out.
     """
 
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
     outlier: float = 2.0
     bend: float = 0.5
-    slide: float = 0.05
+    slide: float = 0.02
     anchor: float = 1e-5
     explained_weight: float = 0.02
     trimming: TrimmingConfig = TrimmingConfig()
@@ -63,27 +63,25 @@ def build_graph(
     """The least-squares problem at this linearisation of the foot points; splines that no beam reaches are not in
     it."""
     feet = find_feet(sights, splines, poses, gate)
-    observed = list(_observations(sights, feet, splines, poses, config, model))
+    observed = _observations(sights, feet, splines, poses, config, model)
     told = np.isin(sights.piece, [piece for piece, _ in observed])
     feet = replace(feet, counts=feet.counts & told)
     seen = np.unique(sights.spline[feet.counts])
     kept = [splines.splines[k] for k in seen]
     place = np.full(len(splines), -1)
     place[seen] = np.arange(len(seen))
-    counts = np.array([len(spline.curve.control_points) for spline in kept], dtype=np.int64)
-    spline_first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    control_points = np.concatenate([s.curve.control_points for s in kept]) if kept else np.zeros((0, 2))
-    held = () if model.measures_along else _slides(sights, feet, kept, poses, place, spline_first, config)
+    curves = FlatCurves.of([spline.curve for spline in kept])
+    held = () if model.measures_along else _slides(sights, feet, curves, poses, place, config)
     return Graph(
         key_scans=np.array([key.scan for key in keys], dtype=np.int64),
         poses=poses,
         spline_ids=np.array([spline.id for spline in kept], dtype=np.int64),
-        spline_first=spline_first,
-        control_points=control_points,
-        spline_factors=(*_spline_factors(observed, sights, place, spline_first), *held),
-        pose_factors=_remaining_factors(factors, keys, sights, feet, config),
+        spline_first=curves.point_start,
+        control_points=curves.control_points,
+        spline_factors=(*_spline_factors(observed, sights, place, curves.point_start), *held),
+        pose_factors=_remaining_factors(factors, poses, sights, feet, config, model.fitting),
         pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
-        shape_priors=tuple(_bends(kept, spline_first, config)),
+        shape_priors=tuple(_bends(curves, config)),
         beams=_beams(sights, feet, kept, poses, place, config, model.fitting),
     )
 
@@ -95,23 +93,23 @@ def _observations(
     poses: Float[np.ndarray, "n 3"],
     config: AdjustmentConfig,
     model: Model,
-) -> Iterator[tuple[int, SplineObservation]]:
+) -> list[tuple[int, SplineObservation]]:
     """What the model makes of each association that says something, with the number of its piece."""
     kept = np.flatnonzero(feet.counts)
+    if len(kept) == 0:
+        return []
     normals = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
     sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
     weight = 1.0 / np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
-    right = (normals * sights.points[kept]).sum(1)
     cuts = np.flatnonzero(np.diff(sights.piece[kept], prepend=-1, append=-1))
-    for a, b in itertools.pairwise(cuts):
-        at, mine = kept[a], kept[a:b]
-        sensor = sights.points[at] - sights.ranges[at] * sights.directions[at]
-        beams = SeenBeams(
-            sights.points[mine], feet.first[mine], feet.basis[mine], normals[a:b], right[a:b], weight[a:b], sensor
-        )
-        one = model.observe(splines.splines[sights.spline[at]].curve, poses[sights.pose[at]], beams)
-        if one is not None:
-            yield int(sights.piece[at]), one
+    at = kept[cuts[:-1]]
+    points, right = sights.points[kept], (normals * sights.points[kept]).sum(1)
+    sensors = sights.points[at] - sights.ranges[at, None] * sights.directions[at]
+    beams = SeenBeams(cuts, sensors, points, feet.first[kept], feet.basis[kept], normals, right, weight)
+    curves = [splines.splines[k].curve for k in sights.spline[at].tolist()]
+    told = model.observe(curves, poses[sights.pose[at]], beams)
+    pieces = sights.piece[at].tolist()
+    return [(piece, one) for piece, one in zip(pieces, told, strict=True) if one is not None]
 
 
 def _spline_factors(
@@ -157,61 +155,82 @@ def _beams(
 def _slides(
     sights: Sights,
     feet: Feet,
-    kept: Sequence[MapSpline],
+    curves: FlatCurves,
     poses: Float[np.ndarray, "n 3"],
     place: Int[np.ndarray, "s"],
-    spline_first: Int[np.ndarray, "s1"],
     config: AdjustmentConfig,
 ) -> Iterator[SplineFactor]:
     """Hold each control point along its curve, relative to the pose that saw most of the spline: a gauge, not a
     measurement. The more control points a curve has, the weaker each is held, or a long curve would be tied to one
     pose."""
     seen, owner = sights.pose[feet.counts], place[sights.spline[feet.counts]]
-    cuts = np.searchsorted(owner, np.arange(len(kept) + 1))
-    for k, spline in enumerate(kept):
-        pose = int(np.bincount(seen[cuts[k] : cuts[k + 1]]).argmax())
-        tangents = se2.rotate(-poses[pose], greville_tangents(spline.curve))
-        local = se2.transform(se2.inverse(poses[pose]), spline.curve.control_points)
-        for i, (tangent, q) in enumerate(zip(tangents, local, strict=True)):
-            row = tangent[None] / (config.slide * np.sqrt(len(local)))
-            yield SplineFactor(pose, int(spline_first[k]) + i, row, row @ q)
+    cuts = np.searchsorted(owner, np.arange(len(curves.degrees) + 1))
+    best = np.array([int(np.bincount(seen[a:b]).argmax()) for a, b in itertools.pairwise(cuts)], dtype=np.int64)
+    counts = np.diff(curves.point_start)
+    pose = np.repeat(best, counts)
+    _, tangents = curves.greville()
+    rows = se2.rotate(-poses[pose], tangents) / (config.slide * np.sqrt(np.repeat(counts, counts)))[:, None]
+    local = se2.transform(se2.inverse(poses[pose]), curves.control_points)
+    right = (rows * local).sum(1)
+    for i, observer in enumerate(pose.tolist()):
+        yield SplineFactor(observer, i, rows[i : i + 1], right[i : i + 1])
 
 
-def greville_tangents(curve: BSpline) -> Float[np.ndarray, "n 2"]:
-    """Unit tangents of the curve at the Greville abscissae of its control points."""
-    tangent = curve(np.clip(greville(curve), *curve.domain), 1)
-    return tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
-
-
-def _bends(
-    kept: Sequence[MapSpline], spline_first: Int[np.ndarray, "s1"], config: AdjustmentConfig
-) -> Iterator[ShapePrior]:
+def _bends(curves: FlatCurves, config: AdjustmentConfig) -> Iterator[ShapePrior]:
     """Second differences over Greville abscissae: nothing bends a straight curve, wherever its knots are."""
-    for spline, offset in zip(kept, spline_first.tolist(), strict=False):
-        gaps = np.diff(greville(spline.curve))
-        share = gaps[:-1] / (gaps[:-1] + gaps[1:])
-        weights = np.stack([2.0 - 2.0 * share, np.full(len(share), -2.0), 2.0 * share], -1) / config.bend
-        for i, row in enumerate(weights):
-            yield ShapePrior(offset + i, np.kron(row[None], np.eye(2)), np.zeros(2))
+    abscissae, _ = curves.greville()
+    gaps = np.diff(abscissae)
+    inner = np.ones(max(len(gaps) - 1, 0), dtype=bool)
+    inner[curves.point_start[1:-1] - 1] = False
+    inner[curves.point_start[1:-1] - 2] = False
+    first = np.flatnonzero(inner)
+    share = gaps[first] / (gaps[first] + gaps[first + 1])
+    rows = np.zeros((len(first), 2, 3, 2))
+    for axis in range(2):
+        rows[:, axis, :, axis] = np.stack([2.0 - 2.0 * share, np.full(len(share), -2.0), 2.0 * share], -1)
+    for i, row in zip(first.tolist(), rows.reshape(-1, 2, 6) / config.bend, strict=True):
+        yield ShapePrior(i, row, np.zeros(2))
 
 
 def _remaining_factors(
     factors: Sequence[PoseFactor],
-    keys: Sequence[KeyObservations],
+    poses: Float[np.ndarray, "n 3"],
     sights: Sights,
     feet: Feet,
     config: AdjustmentConfig,
+    fitting: FittingConfig,
 ) -> tuple[PoseFactor, ...]:
-    """Odometry as it is; scan matching and loop closures by the share of beams that no spline speaks for."""
-    spoken = np.bincount(sights.pose[feet.counts], minlength=len(keys))
-    beams = np.array([max(key.beams, 1) for key in keys])
-    weight = np.clip(1.0 - spoken / beams, config.explained_weight, 1.0)
-    return tuple(
-        factor
-        if factor.kind == "odometry"
-        else replace(factor, sqrt_information=factor.sqrt_information * np.sqrt(weight[factor.j]))
-        for factor in factors
-    )
+    """Odometry as it is; scan matching and loop closures by what they know and no spline says.
+
+    Their beams already speak through the splines: of an information Λ the share Λ(Λ + H)⁻¹Λ is left, H being what
+    the splines tell of the same pose. Along a corridor that is nearly all, across it next to nothing.
+    """
+    matched = [factor for factor in factors if factor.kind != "odometry"]
+    if not matched:
+        return tuple(factors)
+    roots = np.array([factor.sqrt_information for factor in matched])
+    known = roots.swapaxes(1, 2) @ roots
+    told = _told_by_splines(poses, sights, feet, config, fitting)[[factor.j for factor in matched]]
+    share = config.explained_weight
+    left = iter(square_root(share * known + (1.0 - share) * known @ np.linalg.solve(known + told, known)))
+    return tuple(f if f.kind == "odometry" else replace(f, sqrt_information=next(left)) for f in factors)
+
+
+def _told_by_splines(
+    poses: Float[np.ndarray, "n 3"], sights: Sights, feet: Feet, config: AdjustmentConfig, fitting: FittingConfig
+) -> Float[np.ndarray, "n 3 3"]:
+    """The information of the beams on each pose (in its own frame), the map taken as known."""
+    kept = np.flatnonzero(feet.counts)
+    pose, points = sights.pose[kept], sights.points[kept]
+    normals = se2.rotate(-poses[pose], feet.normals[kept])
+    sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], fitting)
+    sigma = np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
+    turn = normals[:, 1] * points[:, 0] - normals[:, 0] * points[:, 1]
+    rows = np.column_stack([normals, turn]) / sigma[:, None]
+    told = np.empty((len(poses), 3, 3))
+    for a, b in itertools.product(range(3), range(3)):
+        told[:, a, b] = np.bincount(pose, rows[:, a] * rows[:, b], len(poses))
+    return told
 
 
 def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
@@ -226,12 +245,8 @@ def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
     return SplineMap(tuple(out))
 
 
-ROUGHLY = Stopping(decrease=1e-4, move=1e-3, iterations=4)
+ROUGHLY = Stopping(decrease=1e-3, move=1e-2, iterations=3)
 """Rounds before the last find new foot points anyway."""
-
-FIRMER = 0.4
-"""Share of `slide` while foot points are found anew: curves held more weakly creep along themselves, round by round,
-and the descent takes ten times the steps."""
 
 RoundProgress = Callable[[float, IterationRecord | None], None]
 
@@ -254,18 +269,17 @@ def adjust_splines(
     """
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
-    firm = replace(config, slide=FIRMER * config.slide)
+    sights = collect_sights(keys, splines)
     for number, gate in enumerate(config.gates):
         if cancelled():
             raise Cancelled("the adjustment was cancelled")
-        sights = collect_sights(keys, splines)
         splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
         last, half = number + 1 == len(config.gates), number == len(config.gates) // 2
         if (half or last) and not model.measures_along:
             feet = find_feet(sights, splines, poses, gate)
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
             splines = thinned(splines, sights, feet, poses, config.trimming, model.fitting) if half else splines
-        graph = build_graph(keys, poses, splines, factors, sights, firm, model, gate)
+        graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
         if number == 0 and len(graph.control_points):
             graph = replace(graph, control_points=solve_control_points(graph, poses))
         steps = usual_records(name, len(keys)) if last else 6
@@ -276,7 +290,8 @@ def adjust_splines(
 
         solver = back_end(name) if last else back_end("direct" if name in IN_ORDER else name, ROUGHLY)
         estimate = solver.solve(graph, progress=note, cancelled=cancelled)
-        poses, splines = estimate.poses, with_estimate(splines, estimate)
+        before, poses, splines = splines, estimate.poses, with_estimate(splines, estimate)
+        sights = renumbered(sights, before, splines)
     assert estimate is not None
     return splines, replace(estimate, iterations=tuple(records))
 

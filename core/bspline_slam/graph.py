@@ -18,10 +18,10 @@ Kernel = float | None
 """None: plain least squares. c: Cauchy, ρ(s) = c² log(1 + s/c²) of the squared norm s of the whitened residual."""
 
 
-def square_root(information: Float[np.ndarray, "d d"]) -> Float[np.ndarray, "d d"]:
+def square_root(information: Float[np.ndarray, "*batch d d"]) -> Float[np.ndarray, "*batch d d"]:
     """R with RᵀR = information, whatever its rank."""
-    values, vectors = np.linalg.eigh(0.5 * (information + information.T))
-    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    values, vectors = np.linalg.eigh(0.5 * (information + information.swapaxes(-1, -2)))
+    return np.sqrt(np.maximum(values, 0.0))[..., None] * vectors.swapaxes(-1, -2)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

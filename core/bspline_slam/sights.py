@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 from bspline_slam.association import Association
+from bspline_slam.flat_curves import FlatCurves
 from bspline_slam.kernels import curves as kernels
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import SplineMap
@@ -73,6 +74,21 @@ def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sight
     )
 
 
+def renumbered(sights: Sights, before: SplineMap, after: SplineMap) -> Sights:
+    """The same in a map that some splines have left; their beams are gone too."""
+    place = {spline.id: k for k, spline in enumerate(after)}
+    moved = np.array([place.get(spline.id, -1) for spline in before], dtype=np.int64)[sights.spline]
+    kept = moved >= 0
+    return Sights(
+        moved[kept],
+        sights.pose[kept],
+        sights.piece[kept],
+        sights.points[kept],
+        sights.directions[kept],
+        sights.ranges[kept],
+    )
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Feet:
     """For each beam its foot on its spline: parameter, basis, curve normal (world), distance across, and whether
@@ -86,31 +102,25 @@ class Feet:
     counts: Bool[np.ndarray, "m"]
 
 
+START_SPACING = 0.1
+"""Distance of parameter (m) between the samples of a curve among which the search for feet begins."""
+BESIDE, FACING = 0.05, 0.05
+"""How far (m) beside its foot a beam may end, at an end of its curve, and the least cosine between the normal of a
+curve and the way back to the sensor."""
+
+
 def find_feet(
     sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"], gate: float | Float[np.ndarray, "m"]
 ) -> Feet:
     """Foot points of all beams on their splines; a beam counts when it lies within the gate (of all, or its own),
     inside the supported stretch, and in front of the curve."""
-    m = len(sights.points)
-    degree = splines.splines[0].curve.degree if len(splines) else 3
-    t, across = np.zeros(m), np.zeros(m)
-    first, basis, normals = np.zeros(m, np.int64), np.zeros((m, degree + 1)), np.zeros((m, 2))
-    beyond = np.zeros(m)
-    world = se2.transform(poses[sights.pose], sights.points)
-    cuts = np.searchsorted(sights.spline, np.arange(len(splines) + 1))
-    for k, spline in enumerate(splines):
-        a, b = cuts[k], cuts[k + 1]
-        if a == b:
-            continue
-        curve, (low, high) = spline.curve, spline.span
-        sample_t, samples = curve.sample(0.1, spline.span)
-        t[a:b], first[a:b], basis[a:b], normals[a:b] = kernels.feet(
-            curve.knots, degree, curve.control_points, sample_t, samples, world[a:b], low, high
-        )
-        index = first[a:b, None] + np.arange(degree + 1)
-        off = world[a:b] - np.einsum("mk,mkd->md", basis[a:b], curve.control_points[index])
-        across[a:b] = (off * normals[a:b]).sum(1)
-        beyond[a:b] = np.abs(off[:, 0] * normals[a:b, 1] - off[:, 1] * normals[a:b, 0])
+    curves = FlatCurves.of([spline.curve for spline in splines])
+    t, first, basis, normals, across, beside = kernels.feet(
+        *(curves.degrees, curves.knot_start, curves.knots, curves.point_start, curves.control_points),
+        np.array([spline.span for spline in splines], dtype=float).reshape(-1, 2),
+        np.searchsorted(sights.spline, np.arange(len(splines) + 1)),
+        se2.transform(poses[sights.pose], sights.points), START_SPACING, curves.order,
+    )  # fmt: skip
     towards = se2.rotate(poses[sights.pose], -sights.directions)
-    facing = (towards * normals).sum(1) > 0.05
-    return Feet(t, first, basis, normals, across, (np.abs(across) < gate) & (beyond < 0.05) & facing)
+    facing = (towards * normals).sum(1) > FACING
+    return Feet(t, first, basis, normals, across, (np.abs(across) < gate) & (beside < BESIDE) & facing)

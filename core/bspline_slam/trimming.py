@@ -49,7 +49,8 @@ def supported_span(
     bins = max(round((high - low) / config.support_step), 1)
     width = (high - low) / bins
     place = np.clip(((t - low) / width).astype(np.int64), 0, bins - 1)
-    seen = np.unique(np.stack([place, pose], -1), axis=0)[:, 0]
+    count = int(pose.max(initial=0)) + 1
+    seen = np.unique(place * count + pose) // count
     enough = np.bincount(seen, minlength=bins) >= config.support
     edges = np.flatnonzero(np.diff(enough.astype(np.int8), prepend=0, append=0))
     if len(edges) == 0:

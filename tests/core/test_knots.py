@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bspline_slam.bspline import BSpline, uniform_knots
-from bspline_slam.knots import greville, refinement, without_idle_knots
+from bspline_slam.knots import greville, polynomials, refinement, without_idle_knots
 
 GAIN = 1.0
 
@@ -25,10 +25,10 @@ def straight(count: int, degree: int = 3) -> BSpline:
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 4])
-def test_a_straight_wall_keeps_as_many_control_points_as_its_degree_asks(degree: int) -> None:
+def test_a_straight_wall_keeps_two_control_points(degree: int) -> None:
     curve = straight(20, degree)
     thin = without_idle_knots(curve, *measured(curve, np.random.default_rng(1), 400), GAIN)
-    assert len(thin.control_points) == degree + 1
+    assert len(thin.control_points) == 2
     assert thin.domain == curve.domain
     t = np.linspace(*curve.domain, 50)
     np.testing.assert_allclose(thin(t), curve(t), atol=1e-6)
@@ -54,9 +54,21 @@ def test_dropping_nothing_is_allowed_when_everything_matters() -> None:
 
 
 def test_refinement_keeps_the_curve() -> None:
-    curve = straight(10)
-    knots = np.delete(curve.knots, [5, 7])
-    coarse = BSpline(3, knots, np.random.default_rng(4).normal(size=(8, 2)))
-    fine = curve.with_control_points(refinement(curve, knots) @ coarse.control_points)
+    curve, rng = straight(10), np.random.default_rng(4)
     t = np.linspace(*curve.domain, 40)
-    np.testing.assert_allclose(fine(t), coarse(t), atol=1e-9)
+    fewer = BSpline(3, np.delete(curve.knots, [5, 7]), np.zeros((8, 2)))
+    for plain in (fewer, *polynomials(curve)):
+        coarse = plain.with_control_points(rng.normal(size=plain.control_points.shape))
+        fine = curve.with_control_points(refinement(curve, plain) @ coarse.control_points)
+        np.testing.assert_allclose(fine(t), coarse(t), atol=1e-9)
+
+
+def test_an_arc_takes_the_degree_that_it_needs() -> None:
+    curve = straight(12)
+    t, _, weight = measured(curve, np.random.default_rng(5), 2000)
+    parabola = next(plain for plain in polynomials(curve) if plain.degree == 2)
+    bent = parabola.with_control_points(np.array([[0.0, 0.0], [1.5, 1.0], [3.0, 0.0]]))
+    curve = curve.with_control_points(refinement(curve, bent) @ bent.control_points)
+    thin = without_idle_knots(curve, t, curve.normals(t), weight, GAIN)
+    assert thin.degree == 2
+    np.testing.assert_allclose(thin.control_points, bent.control_points, atol=1e-6)

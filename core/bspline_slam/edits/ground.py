@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from bspline_slam.adjustment import FIRMER, AdjustmentConfig
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.errors import SolverError
@@ -43,8 +42,3 @@ class Ground:
             feet = find_feet(sights, decisions.splines, decisions.poses, adjustment.gates[-1])
             model = calibrated(model, decisions.splines, sights, feet, decisions.poses)
         return cls(decisions, estimate, config, model)
-
-    @property
-    def firm(self) -> AdjustmentConfig:
-        """How its problem was built."""
-        return replace(self.config.adjustment, slide=FIRMER * self.config.adjustment.slide)

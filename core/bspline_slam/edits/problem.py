@@ -79,7 +79,7 @@ def linearised(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
     by_hand = [(place[a.spline], a.by == "hand") for key in keys for a in key.associations if a.spline in place]
     held = np.array([hand for _, hand in sorted(by_hand, key=lambda piece: piece[0])], dtype=bool)
     gates = np.where(held[sights.piece], np.inf, ground.config.adjustment.gates[-1])
-    return build_graph(keys, decisions.poses, splines, (), sights, ground.firm, ground.model, gates)
+    return build_graph(keys, decisions.poses, splines, (), sights, ground.config.adjustment, ground.model, gates)
 
 
 def _only(number: int, key: KeyObservations, changes: Changes) -> KeyObservations:

@@ -45,76 +45,138 @@ def _span(knots, degree, count, t):
 
 
 @njit(cache=True)
-def feet(knots, degree, control_points, samples_t, samples, points, start, end):
-    """Foot parameter in [start, end], first basis index, basis values, unit normal (tangent turned left) of each point.
-
-    Starts at the nearest of the ordered samples and goes on by at most six Gauss–Newton steps.
-    """
-    n = len(points)
-    count = len(control_points)
-    t_out = np.empty(n)
-    first = np.empty(n, np.int64)
-    basis = np.empty((n, degree + 1))
-    normals = np.empty((n, 2))
-    values = np.empty(degree + 1)
-    slopes = np.empty(degree + 1)
-    for k in range(n):
-        x, y = points[k, 0], points[k, 1]
-        best = 1e18
-        t = samples_t[0]
-        for s in range(len(samples_t)):
-            dx, dy = samples[s, 0] - x, samples[s, 1] - y
-            d = dx * dx + dy * dy
-            if d < best:
-                best = d
-                t = samples_t[s]
-        t = min(max(t, start), end)
-        span, speed, dx, dy = degree, 1.0, 1.0, 0.0
-        for it in range(7):
-            span = _span(knots, degree, count, t)
-            _basis(knots, degree, span, t, values, slopes)
-            px = py = dx = dy = 0.0
-            for r in range(degree + 1):
-                cx, cy = control_points[span - degree + r, 0], control_points[span - degree + r, 1]
-                px += values[r] * cx
-                py += values[r] * cy
-                dx += slopes[r] * cx
-                dy += slopes[r] * cy
-            speed = dx * dx + dy * dy + 1e-18
-            moved = min(max(t - ((px - x) * dx + (py - y) * dy) / speed, start), end)
-            if it == 6 or abs(moved - t) * math.sqrt(speed) < 1e-6:
-                break
-            t = moved
-        length = math.sqrt(speed)
-        t_out[k] = t
-        first[k] = span - degree
-        for r in range(degree + 1):
-            basis[k, r] = values[r]
-        normals[k, 0] = -dy / length
-        normals[k, 1] = dx / length
-    return t_out, first, basis, normals
+def _at(t, degree, count, knots, control_points, values, slopes):
+    """Knot span, point and derivative of a curve at t; basis functions and their slopes into `values`, `slopes`."""
+    span = _span(knots, degree, count, t)
+    _basis(knots, degree, span, t, values, slopes)
+    px = py = dx = dy = 0.0
+    for r in range(degree + 1):
+        cx, cy = control_points[span - degree + r, 0], control_points[span - degree + r, 1]
+        px += values[r] * cx
+        py += values[r] * cy
+        dx += slopes[r] * cx
+        dy += slopes[r] * cy
+    return span, px, py, dx, dy
 
 
 @njit(cache=True)
-def compressed_rows(first, basis, normals, right, weight):
-    """Triangular (R, Qᵀb, constant) of the rows w_j·(β_i(t_j) n_j | n_j·p_j) over the control points they touch.
+def feet(degrees, knot_start, all_knots, point_start, all_points, spans, cuts, points, spacing, width):
+    """The foot of each point on its curve: parameter inside the curve's span, first basis index (of its own curve),
+    `width` basis values, unit normal (tangent turned left), distance along the normal, and beside it.
 
-    Householder QR of the rows of one observation; `first` are basis indices, `right` = n_j·p_j.
-    Returns the first control point, R (r, 2m), b (r,) and the constant.
+    Curve c has the points cuts[c] … cuts[c + 1] − 1, its knots begin at knot_start[c] and its control points at
+    point_start[c]. Starts at the nearest of samples `spacing` of parameter apart and goes on by at most six
+    Gauss–Newton steps.
     """
-    n, k = basis.shape
-    low = first.min()
-    width = first.max() - low + k
-    columns = 2 * width
-    M = np.zeros((n, columns + 1))
-    for j in range(n):
-        for r in range(k):
-            c = 2 * (first[j] - low + r)
-            M[j, c] = weight[j] * basis[j, r] * normals[j, 0]
-            M[j, c + 1] = weight[j] * basis[j, r] * normals[j, 1]
-        M[j, columns] = weight[j] * right[j]
-    if n <= columns:
-        return low, M[:, :columns].copy(), M[:, columns].copy(), 0.0
+    n = len(points)
+    t_out, first, basis, normals = np.zeros(n), np.zeros(n, np.int64), np.zeros((n, width)), np.zeros((n, 2))
+    across, beside = np.zeros(n), np.zeros(n)
+    values, slopes = np.empty(width), np.empty(width)
+    for c in range(len(degrees)):
+        if cuts[c] == cuts[c + 1]:
+            continue
+        degree, count = degrees[c], point_start[c + 1] - point_start[c]
+        knots = all_knots[knot_start[c] : knot_start[c + 1]]
+        control_points = all_points[point_start[c] : point_start[c + 1]]
+        start, end = spans[c, 0], spans[c, 1]
+        pieces = max(int(math.ceil((end - start) / spacing)), 1)
+        samples = np.empty((pieces + 1, 2))
+        for s in range(pieces + 1):
+            _, samples[s, 0], samples[s, 1], _, _ = _at(
+                start + (end - start) * s / pieces, degree, count, knots, control_points, values, slopes
+            )
+        for k in range(cuts[c], cuts[c + 1]):
+            x, y = points[k, 0], points[k, 1]
+            best, nearest = 1e18, 0
+            for s in range(pieces + 1):
+                dx, dy = samples[s, 0] - x, samples[s, 1] - y
+                d = dx * dx + dy * dy
+                if d < best:
+                    best, nearest = d, s
+            t = start + (end - start) * nearest / pieces
+            span, px, py, dx, dy = _at(t, degree, count, knots, control_points, values, slopes)
+            for _ in range(6):
+                speed = dx * dx + dy * dy + 1e-18
+                moved = min(max(t - ((px - x) * dx + (py - y) * dy) / speed, start), end)
+                if abs(moved - t) * math.sqrt(speed) < 1e-6:
+                    break
+                t = moved
+                span, px, py, dx, dy = _at(t, degree, count, knots, control_points, values, slopes)
+            length = math.sqrt(dx * dx + dy * dy + 1e-18)
+            t_out[k], first[k] = t, span - degree
+            for r in range(degree + 1):
+                basis[k, r] = values[r]
+            normals[k, 0], normals[k, 1] = -dy / length, dx / length
+            across[k] = (x - px) * normals[k, 0] + (y - py) * normals[k, 1]
+            beside[k] = abs((x - px) * normals[k, 1] - (y - py) * normals[k, 0])
+    return t_out, first, basis, normals, across, beside
+
+
+@njit(cache=True)
+def greville(degrees, knot_start, all_knots, point_start, all_points):
+    """Of each control point its Greville abscissa, and the unit tangent of its curve there."""
+    abscissae, tangents = np.empty(len(all_points)), np.empty((len(all_points), 2))
+    for c in range(len(degrees)):
+        degree, count = degrees[c], point_start[c + 1] - point_start[c]
+        knots = all_knots[knot_start[c] : knot_start[c + 1]]
+        control_points = all_points[point_start[c] : point_start[c + 1]]
+        values, slopes = np.empty(degree + 1), np.empty(degree + 1)
+        for k in range(count):
+            t = knots[k + 1 : k + degree + 1].mean()
+            inside = min(max(t, knots[degree]), knots[count])
+            _, _, _, dx, dy = _at(inside, degree, count, knots, control_points, values, slopes)
+            length = max(math.sqrt(dx * dx + dy * dy), 1e-12)
+            at = point_start[c] + k
+            abscissae[at], tangents[at, 0], tangents[at, 1] = t, dx / length, dy / length
+    return abscissae, tangents
+
+
+@njit(cache=True)
+def piece_sizes(cuts, orders, first):
+    """Of each piece: its first control point, rows and columns of its compressed observation."""
+    pieces = len(orders)
+    low, rows, columns = np.empty(pieces, np.int64), np.empty(pieces, np.int64), np.empty(pieces, np.int64)
+    for p in range(pieces):
+        a, b = first[cuts[p] : cuts[p + 1]].min(), first[cuts[p] : cuts[p + 1]].max()
+        low[p], columns[p] = a, 2 * (b - a + orders[p])
+        rows[p] = min(cuts[p + 1] - cuts[p], columns[p])
+    return low, rows, columns
+
+
+@njit(cache=True)
+def compressed_pieces(cuts, orders, first, basis, normals, right, weight, low, rows, columns):
+    """Triangular (R, Qᵀb, constant) of the rows w_j·(β_i(t_j) n_j | n_j·p_j) of each piece over the control points that
+    it touches, flat one after another.
+
+    Householder QR of the beams cuts[p] … cuts[p + 1] − 1; `first` are basis indices, `right` = n_j·p_j; sizes as
+    `piece_sizes` tells them.
+    """
+    A, b, constants = np.empty((rows * columns).sum()), np.empty(rows.sum()), np.zeros(len(rows))
+    a_at, b_at = 0, 0
+    for p in range(len(rows)):
+        n, width, start = cuts[p + 1] - cuts[p], columns[p], cuts[p]
+        M = np.zeros((n, width + 1))
+        for j in range(n):
+            for r in range(orders[p]):
+                c = 2 * (first[start + j] - low[p] + r)
+                M[j, c] = weight[start + j] * basis[start + j, r] * normals[start + j, 0]
+                M[j, c + 1] = weight[start + j] * basis[start + j, r] * normals[start + j, 1]
+            M[j, width] = weight[start + j] * right[start + j]
+        if n > width:
+            constants[p] = _triangular(M)
+        for i in range(rows[p]):
+            for c in range(width):
+                A[a_at + i * width + c] = M[i, c]
+            b[b_at + i] = M[i, width]
+        a_at += rows[p] * width
+        b_at += rows[p]
+    return A, b, constants
+
+
+@njit(cache=True)
+def _triangular(M):
+    """Householder QR of (A | b), more rows than columns, in place: R and Qᵀb on top; what is left of ‖b‖² below."""
+    n, columns = len(M), M.shape[1] - 1
     for c in range(columns):
         norm = 0.0
         for j in range(c, n):
@@ -144,4 +206,4 @@ def compressed_rows(first, basis, normals, right, weight):
     constant = 0.0
     for j in range(columns, n):
         constant += M[j, columns] * M[j, columns]
-    return low, M[:columns, :columns].copy(), M[:columns, columns].copy(), constant
+    return constant

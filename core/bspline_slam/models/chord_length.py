@@ -130,22 +130,34 @@ class ChordLength:
         to_follow = np.concatenate([full_spline.sample(RESAMPLING)[1], points[~on]])
         return growing.grow(piece.spline, curve, curve.domain, to_follow, sight.scan)
 
-    def observe(self, curve: BSpline, pose: Float[np.ndarray, "3"], beams: SeenBeams) -> SplineObservation | None:
+    def observe(
+        self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams
+    ) -> Sequence[SplineObservation | None]:
         """Control points by least squares at the parameters of section 4.2, with P = P_s + P_t1 + P_t2 (eq. 15).
 
         The full spline is as long as the map says: beams beyond its ends are left out.
         """
-        if len(beams.points) < LEAST_POINTS:
+        points = np.split(beams.points, beams.cuts[1:-1])
+        return [self._observed(*one) for one in zip(curves, poses, points, beams.sensors, strict=True)]
+
+    def _observed(
+        self,
+        curve: BSpline,
+        pose: Float[np.ndarray, "3"],
+        points: Float[np.ndarray, "m 2"],
+        sensor: Float[np.ndarray, "2"],
+    ) -> SplineObservation | None:
+        if len(points) < LEAST_POINTS:
             return None
-        points = beams.points - beams.sensor
-        local = curve.with_control_points(se2.transform(se2.inverse(pose), curve.control_points) - beams.sensor)
+        points = points - sensor
+        local = curve.with_control_points(se2.transform(se2.inverse(pose), curve.control_points) - sensor)
         found = self.related(local, points)
         if found is None:
             return None
         t, on = found.placed(local, points)
         if np.count_nonzero(on) < LEAST_POINTS:
             return None
-        return chord_length(local, t[on], points[on], self.fitting, self.config.noise).moved(beams.sensor)
+        return chord_length(local, t[on], points[on], self.fitting, self.config.noise).moved(sensor)
 
     def related(self, curve: BSpline, points: Float[np.ndarray, "m 2"]) -> SplineRelation | None:
         """Full, part or extension (section 4.1) in the frame of the sensor; None when the bearings do not tell."""

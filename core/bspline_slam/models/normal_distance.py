@@ -78,12 +78,21 @@ class NormalDistance:
                 return Piece(a, b, spline)
         return None
 
-    def observe(self, curve: BSpline, pose: Float[np.ndarray, "3"], beams: SeenBeams) -> SplineObservation:
-        """r_j = n_jᵀ(Σ_i β_i(t_j) q_i − p_j) for every beam, compressed by one QR."""
-        first, A, b, constant = kernels.compressed_rows(
-            beams.first, beams.basis, beams.normals, beams.right, beams.weight
+    def observe(
+        self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams
+    ) -> Sequence[SplineObservation | None]:
+        """r_j = n_jᵀ(Σ_i β_i(t_j) q_i − p_j) for every beam, compressed by one QR for each association."""
+        orders = np.array([curve.degree + 1 for curve in curves], dtype=np.int64)
+        low, rows, columns = kernels.piece_sizes(beams.cuts, orders, beams.first)
+        A, b, constants = kernels.compressed_pieces(
+            beams.cuts, orders, beams.first, beams.basis, beams.normals, beams.right, beams.weight, low, rows, columns
         )
-        return SplineObservation(int(first), A, b, len(beams.points), float(constant))
+        parts = zip(np.split(A, np.cumsum(rows * columns)[:-1]), np.split(b, np.cumsum(rows)[:-1]), strict=True)
+        sizes = zip(low.tolist(), columns.tolist(), np.diff(beams.cuts).tolist(), constants.tolist(), strict=True)
+        return [
+            SplineObservation(first, R.reshape(-1, width), right, readings, constant)
+            for (R, right), (first, width, readings, constant) in zip(parts, sizes, strict=True)
+        ]
 
 
 def _reach(growing: GrowingMap, sight: Sight, piece: Piece) -> Relation:

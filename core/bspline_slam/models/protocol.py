@@ -31,19 +31,21 @@ class Sight:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SeenBeams:
-    """The beams of one association that count, all in the robot frame.
+    """The beams of some associations that count, one after another, all in the robot frame.
 
-    Their ends, the first of the basis functions that live at their feet, the values of these, the normals of the
-    curve there, the projections n·p of the ends on them, weights 1/σ, and where the sensor sits.
+    Association p has the beams cuts[p] … cuts[p + 1] − 1, and its sensor sits at sensors[p]. Of each beam its end, the
+    first of the basis functions that live at its foot, the values of these (zeros where the curve has fewer), the
+    normal of the curve there, the projection n·p of the end on it, and its weight 1/σ.
     """
 
+    cuts: Int[np.ndarray, "p1"]
+    sensors: Float[np.ndarray, "p 2"]
     points: Float[np.ndarray, "m 2"]
     first: Int[np.ndarray, "m"]
     basis: Float[np.ndarray, "m k"]
     normals: Float[np.ndarray, "m 2"]
     right: Float[np.ndarray, "m"]
     weight: Float[np.ndarray, "m"]
-    sensor: Float[np.ndarray, "2"]
 
 
 @runtime_checkable
@@ -110,6 +112,9 @@ class Model(Protocol):
         """Decide about the pieces of a segment, in order, and let the map grow by them."""
         ...
 
-    def observe(self, curve: BSpline, pose: Float[np.ndarray, "3"], beams: SeenBeams) -> SplineObservation | None:
-        """What the beams of one association say about the control points; None when they say nothing."""
+    def observe(
+        self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams
+    ) -> Sequence[SplineObservation | None]:
+        """What the beams of each association say about the control points of its curve, seen from its pose; None when
+        they say nothing."""
         ...

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.adjustment import FIRMER, AdjustmentConfig
+from bspline_slam.adjustment import AdjustmentConfig
 from bspline_slam.backends import ONE_PASS, back_end, one_pass
 from bspline_slam.backends.one_pass import RECORDS, records_of
 from bspline_slam.backends.protocol import Estimate
@@ -29,7 +29,7 @@ def real() -> Graph:
     """The last problem of a run over the sample log, at its starting values, with beams, its curves held firmly along
     themselves, for filters linearise once."""
     log = open_log(Path(__file__).parents[3] / "sample_logs" / "three_splines.log.gz")
-    firm = AdjustmentConfig(slide=FIRMER * AdjustmentConfig().slide)
+    firm = AdjustmentConfig(slide=0.4 * AdjustmentConfig().slide)
     estimate = run_slam(log, SlamConfig(adjustment=firm)).snapshot.estimate
     assert estimate is not None
     return estimate.graph

@@ -41,9 +41,10 @@ def grown(*seen: np.ndarray, sensor: np.ndarray = CENTRE) -> tuple[MapBuilder, l
 def observed(curve: BSpline, pose: np.ndarray, points: np.ndarray, sensor: np.ndarray) -> SplineObservation | None:
     m, nothing = len(points), np.zeros((len(points), 2))
     beams = SeenBeams(
-        points, np.zeros(m, np.int64), np.zeros((m, 4)), nothing, nothing[:, 0], nothing[:, 0] + 1.0, sensor
-    )
-    return EXACT.observe(curve, pose, beams)
+        np.array([0, m]), sensor[None], points, np.zeros(m, np.int64), np.zeros((m, 4)), nothing, nothing[:, 0],
+        nothing[:, 0] + 1.0,
+    )  # fmt: skip
+    return EXACT.observe([curve], pose[None], beams)[0]
 
 
 @pytest.mark.parametrize(("points", "count"), [(60, 13), (26, 13), (20, 10), (8, 4), (3, 4)])
