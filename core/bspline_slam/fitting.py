@@ -14,8 +14,9 @@ from bspline_slam.errors import GeometryError
 
 @dataclass(frozen=True, slots=True)
 class FittingConfig:
-    """Degree of all curves, knot spacing on the map (m), noise of the laser (m, rad), and the stiffness that decides
-    what data leave open: standard deviation of second differences of control points (m)."""
+    """Degree of the curves (adjustment leaves plain ones a lower one), knot spacing on the map (m), noise of the laser
+    (m, rad), and the stiffness that decides what data leave open: standard deviation of second differences of control
+    points (m)."""
 
     degree: int = 3
     spacing: float = 0.4
