@@ -14,7 +14,7 @@ from bspline_slam import se2
 from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
 from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
-from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
+from bspline_slam.backends.protocol import BackEnd, Cancelling, Estimate, IterationRecord, never
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.flat_curves import FlatCurves
@@ -280,20 +280,48 @@ def adjust_splines(
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
             splines = thinned(splines, sights, feet, poses, config.trimming, model.fitting) if half else splines
         graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
-        if number == 0 and len(graph.control_points):
-            graph = replace(graph, control_points=solve_control_points(graph, poses))
+        graph = _with_fitted_curves(graph) if number == 0 else graph
         steps = usual_records(name, len(keys)) if last else 6
 
         def note(record: IterationRecord, number: int = number, steps: int = steps) -> None:
             records.append(replace(record, index=len(records)))
             progress((number + min(record.index, steps - 1) / steps) / len(config.gates), records[-1])
 
-        solver = back_end(name) if last else back_end("direct" if name in IN_ORDER else name, ROUGHLY)
+        solver = back_end(name) if last else _on_the_way(name)
         estimate = solver.solve(graph, progress=note, cancelled=cancelled)
         before, poses, splines = splines, estimate.poses, with_estimate(splines, estimate)
         sights = renumbered(sights, before, splines)
     assert estimate is not None
     return splines, replace(estimate, iterations=tuple(records))
+
+
+def foreseen_poses(
+    keys: Sequence[KeyObservations],
+    poses: Float[np.ndarray, "n 3"],
+    splines: SplineMap,
+    factors: Sequence[PoseFactor],
+    config: AdjustmentConfig,
+    model: Model,
+    name: str,
+    cancelled: Cancelling = never,
+) -> Float[np.ndarray, "n 3"]:
+    """About where `adjust_splines` is going to put the poses: its first round, solved roughly. Raises Cancelled."""
+    sights, gate = collect_sights(keys, splines), config.gates[0]
+    splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
+    graph = _with_fitted_curves(build_graph(keys, poses, splines, factors, sights, config, model, gate))
+    return _on_the_way(name).solve(graph, cancelled=cancelled).poses
+
+
+def _with_fitted_curves(graph: Graph) -> Graph:
+    """The graph with control points that fit the poses it begins with."""
+    if len(graph.control_points) == 0:
+        return graph
+    return replace(graph, control_points=solve_control_points(graph, graph.poses))
+
+
+def _on_the_way(name: str) -> BackEnd:
+    """What solves the rounds before the last of a back end."""
+    return back_end("direct" if name in IN_ORDER else name, ROUGHLY)
 
 
 def usual_records(name: str, key_scans: int) -> int:

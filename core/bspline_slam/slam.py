@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig, adjust_splines
+from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, foreseen_poses
 from bspline_slam.association import Association, AssociationConfig
 from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
@@ -40,8 +40,8 @@ class SlamConfig:
     + 1, its knots `fitting.spacing` apart with "normal-distance", its control points `chord_length.control_points` in
     number with "chord-length". `back_end` solves the adjustment. Splines seen by fewer than `least_observations` key
     scans leave the finished map. The map goes along when a loop closure has moved a key scan by more than
-    `rebuild_move` (m); it is built and adjusted a second time where the adjustment moved two key scans by more than
-    that against each other.
+    `rebuild_move` (m); at the end it is built a second time where adjustment moves two key scans by more than that
+    against each other.
     """
 
     back_end: str = "direct"
@@ -191,14 +191,16 @@ class Slam:
         return self._snapshot(self._builder.map)
 
     def finish(self, progress: StageProgress = quiet, cancelled: Cancelling = never) -> Snapshot:
-        """Solve the pose graph, build the map anew at its poses, adjust everything; twice where that may change
-        associations. Raises Cancelled."""
+        """Solve the pose graph, build the map anew at its poses, adjust everything; where the first round of that may
+        change associations, build the map once more before. Raises Cancelled."""
         progress("pose graph", 0.0, None)
         self._relax()
-        splines, estimate = self._built_and_adjusted(progress, cancelled)
-        if self._bent(estimate.poses) > self.config.rebuild_move:
-            self._tracker.move(estimate.poses)
-            splines, estimate = self._built_and_adjusted(progress, cancelled)
+        self._rebuild()
+        poses = self._foreseen(cancelled)
+        if self._bent(poses) > self.config.rebuild_move:
+            self._tracker.move(poses)
+            self._rebuild()
+        splines, estimate = self._adjusted(progress, cancelled)
         self._tracker.move(estimate.poses)
         self._estimate = estimate
         snapshot = self._snapshot(splines)
@@ -288,9 +290,13 @@ class Slam:
             self._steps[k] = replace(step, associations=associations, pose=pose)
             self._observations[k] = replace(self._observations[k], associations=associations)
 
-    def _built_and_adjusted(self, progress: StageProgress, cancelled: Cancelling) -> tuple[SplineMap, Estimate]:
-        self._rebuild()
-        return self._adjusted(lambda fraction, record: progress("adjustment", fraction, record), cancelled)
+    def _foreseen(self, cancelled: Cancelling) -> Float[np.ndarray, "n 3"]:
+        """About where the adjustment is going to put the key scans."""
+        c = self.config
+        return foreseen_poses(
+            self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
+            c.adjustment, self._model, c.back_end, cancelled,
+        )  # fmt: skip
 
     def _bent(self, poses: Float[np.ndarray, "n 3"]) -> float:
         """By how much (m) these poses differ most from the present ones, each seen from those that it is tied to."""
@@ -300,13 +306,12 @@ class Slam:
         off = se2.between(se2.between(before[i], before[j]), se2.between(poses[i], poses[j]))
         return float(np.hypot(off[:, 0], off[:, 1]).max(initial=0.0))
 
-    def _adjusted(
-        self, progress: Callable[[float, IterationRecord | None], None], cancelled: Cancelling
-    ) -> tuple[SplineMap, Estimate]:
+    def _adjusted(self, progress: StageProgress, cancelled: Cancelling) -> tuple[SplineMap, Estimate]:
         c = self.config
         return adjust_splines(
             self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
-            c.adjustment, self._model, c.back_end, progress, cancelled,
+            c.adjustment, self._model, c.back_end,
+            lambda fraction, record: progress("adjustment", fraction, record), cancelled,
         )  # fmt: skip
 
     def _worthy_map(self) -> SplineMap:
