@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, build_graph
+from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, build_graph, foreseen_poses
 from bspline_slam.association import AssociationConfig
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.errors import Cancelled
@@ -158,3 +158,12 @@ def test_cancelling_leaves_by_its_own_error() -> None:
     keys, splines, factors = seen_from(PATH)
     with pytest.raises(Cancelled):
         adjust_splines(keys, PATH, splines, factors, AdjustmentConfig(), MODEL, "direct", nobody, lambda: True)
+
+
+def test_poses_are_foreseen_to_a_centimetre() -> None:
+    start = disturbed(0.03)
+    keys, splines, factors = seen_from(start)
+    foreseen = foreseen_poses(keys, start, splines, factors, AdjustmentConfig(), MODEL, "direct")
+    _, estimate = adjust_splines(keys, start, splines, factors, AdjustmentConfig(), MODEL, "direct", nobody)
+    off = se2.between(estimate.poses, foreseen)
+    assert np.median(np.hypot(off[:, 0], off[:, 1])) < 0.01
