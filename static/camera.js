@@ -1,4 +1,5 @@
-// The camera: straight down for ever. Every button pans, the wheel zooms about the pointer, nothing can tilt.
+// The camera: straight down for ever. Every button pans, the wheel zooms about the pointer, nothing can tilt; only Python
+// may turn it about the vertical.
 
 import { on, send, viewer } from "./channel.js";
 
@@ -12,11 +13,14 @@ let locked = null; // the camera controls that have been configured
 let sender = null; // changes with every connection
 let shown = ""; // what the watchers know
 let wanted = null; // the rectangle to show; null once a person has moved the camera
+let touched = false; // it is where a person wants it, not where a fit has put it
 let fitted = ""; // the last fit that was asked for
 let bottom = 0; // px covered by the timeline
+let turn = 0; // rad from north up to what is up now, anticlockwise
+let glance = null; // a place to show as soon as the camera is up
 let timer = null;
 
-/** What this page sees: centre (m), metres per CSS pixel, size (px); null until the camera is up. */
+/** What this page sees: centre (m), metres per CSS pixel, size (px), turn (rad); null until the camera is up. */
 export function viewport() {
   const { canvas, camera } = viewer() ?? {};
   if (!canvas?.clientHeight || !camera) return null;
@@ -28,18 +32,23 @@ export function viewport() {
     metresPerPixel: tall / canvas.clientHeight,
     width: canvas.clientWidth,
     height: canvas.clientHeight,
+    turn,
   };
+}
+
+/** A step to the right and up on the screen, as a step in the world. */
+function inWorld(right, up) {
+  return [right * Math.cos(turn) - up * Math.sin(turn), right * Math.sin(turn) + up * Math.cos(turn)];
 }
 
 /** The point of the world under a pointer event. */
 export function worldAt(event) {
   const view = viewport();
   const box = viewer().canvas.getBoundingClientRect();
-  return {
-    x: view.x + (event.clientX - box.left - view.width / 2) * view.metresPerPixel,
-    y: view.y - (event.clientY - box.top - view.height / 2) * view.metresPerPixel,
-    metresPerPixel: view.metresPerPixel,
-  };
+  const right = (event.clientX - box.left - view.width / 2) * view.metresPerPixel;
+  const up = -(event.clientY - box.top - view.height / 2) * view.metresPerPixel;
+  const [x, y] = inWorld(right, up);
+  return { x: view.x + x, y: view.y + y, metresPerPixel: view.metresPerPixel };
 }
 
 /** Call `watcher(viewport)` whenever something else is seen. */
@@ -57,10 +66,14 @@ export function coverBottom(pixels) {
 /** Go nearer (factor above 1) or farther, about the middle of the view. */
 export function zoom(factor) {
   if (!locked) return;
-  wanted = null;
+  letGo();
   // From where the camera is going, not from where it is: two quick presses zoom twice.
   const { radius } = locked.getSpherical({ copy: (end) => end });
   locked.dollyTo(Math.min(radius / factor, viewer().configuredMaxOrbitDistance), true);
+}
+
+function letGo() {
+  [wanted, touched] = [null, true];
 }
 
 function lock(controls) {
@@ -80,7 +93,7 @@ function lock(controls) {
   controls.dollySpeed = 0.6;
   controls.minDistance = MIN_VIEW / tangent();
   viewer().configuredMaxOrbitDistance = MAX_VIEW / tangent();
-  controls.addEventListener("control", () => (wanted = null));
+  controls.addEventListener("control", letGo);
   controls.addEventListener("update", changed);
   controls.addEventListener("rest", changed);
   dress();
@@ -108,22 +121,33 @@ function focusDepth() {
 
 function report() {
   timer = null;
-  send("viewport", viewport());
+  const view = viewport();
+  if (view) send("viewport", { ...view, fitted: !touched });
 }
 
 function fit({ bounds, number }) {
   if (number === fitted) return; // said again after a lost connection
   fitted = number;
-  wanted = bounds;
+  [wanted, glance, touched] = [bounds, null, false];
+  check();
+}
+
+function look(place) {
+  if (place.number === fitted) return; // said again after a lost connection
+  fitted = place.number;
+  [wanted, glance, touched] = [null, place, true];
   check();
 }
 
 /** Where the camera must stand to show a rectangle, clear of what covers the bottom. */
 function standpoint([left, low, right, high], view) {
-  const wide = Math.max(right - left, MIN_VIEW) / Math.max(view.width - 2 * MARGIN, 50);
-  const tall = Math.max(high - low, MIN_VIEW) / Math.max(view.height - 2 * MARGIN - bottom, 50);
+  const [across, along] = [Math.abs(Math.cos(turn)), Math.abs(Math.sin(turn))];
+  const [width, height] = [right - left, high - low];
+  const wide = Math.max(width * across + height * along, MIN_VIEW) / Math.max(view.width - 2 * MARGIN, 50);
+  const tall = Math.max(width * along + height * across, MIN_VIEW) / Math.max(view.height - 2 * MARGIN - bottom, 50);
   const metresPerPixel = Math.min(Math.max(wide, tall), MAX_VIEW / view.height);
-  return { x: (left + right) / 2, y: (low + high) / 2 - (bottom / 2) * metresPerPixel, metresPerPixel };
+  const [x, y] = inWorld(0, -(bottom / 2) * metresPerPixel);
+  return { x: (left + right) / 2 + x, y: (low + high) / 2 + y, metresPerPixel };
 }
 
 // Panels that open and close change the room there is, and the viewer puts its camera back where it began when it
@@ -134,8 +158,24 @@ function keepShown(view) {
   const away = Math.hypot(x - view.x, y - view.y) / metresPerPixel;
   const scaled = Math.abs(Math.log(view.metresPerPixel / metresPerPixel));
   if (away < 0.5 && scaled < 0.001) return;
+  stand({ x, y, metresPerPixel }, view, true);
+}
+
+function stand({ x, y, metresPerPixel }, view, glide) {
   const distance = (metresPerPixel * view.height) / tangent();
-  locked.setLookAt(-y, distance, -x, -y, 0, -x, true);
+  locked.setLookAt(-y, distance, -x, -y, 0, -x, glide);
+}
+
+// The viewer's camera has an "up" of its own, and gets its first one back with every connection.
+function keepTurned(view) {
+  const { up } = viewer().camera;
+  const [x, y, z] = [-Math.cos(turn), 0, Math.sin(turn)];
+  if (Math.hypot(up.x - x, up.y - y, up.z - z) < 1e-9) return;
+  const { radius } = locked.getSpherical({ copy: (end) => end }); // where it is going, as in zoom
+  const target = locked.getTarget({ copy: (end) => end });
+  up.set(x, y, z);
+  locked.updateCameraUp();
+  stand({ x: -target.z, y: -target.x, metresPerPixel: (radius * tangent()) / view.height }, view, false);
 }
 
 function tangent() {
@@ -159,12 +199,20 @@ function check() {
     sender = internals.sendMessage;
     timer ??= setTimeout(report, 80);
   }
+  keepTurned(viewport());
+  if (glance) stand(glance, viewport(), glance.glide);
+  glance = null;
   keepShown(viewport());
   changed();
 }
 
 export function start() {
   on("fit", fit);
+  on("look", look);
+  on("turn", (value) => {
+    turn = value;
+    check();
+  });
   setInterval(check, 250);
   window.addEventListener("resize", () => requestAnimationFrame(check));
   window.addEventListener("contextmenu", (event) => {

@@ -21,7 +21,7 @@ function rules(cell, centre, metresPerPixel, length, stroke) {
   for (let i = first; i <= last; i++) stroke(Math.round(length / 2 + (i * cell - centre) / metresPerPixel));
 }
 
-function draw({ x, y, metresPerPixel, width, height }) {
+function draw({ x, y, metresPerPixel, width, height, turn }) {
   const ratio = window.devicePixelRatio || 1;
   attach();
   sheet.width = Math.round(width * ratio);
@@ -29,11 +29,16 @@ function draw({ x, y, metresPerPixel, width, height }) {
   const pen = sheet.getContext("2d");
   const colours = getComputedStyle(sheet);
   if (!shown) return;
+  const reach = turn ? Math.ceil(Math.hypot(sheet.width, sheet.height)) : 0; // turned, only a larger sheet covers all
+  const [wide, tall] = turn ? [reach, reach] : [sheet.width, sheet.height];
+  pen.translate(sheet.width / 2, sheet.height / 2);
+  pen.rotate(turn);
+  pen.translate(-wide / 2, -tall / 2);
   cells(metresPerPixel).forEach((cell, level) => {
     pen.fillStyle = colours.getPropertyValue(level ? "--scope-grid-strong" : "--scope-grid");
     const scale = metresPerPixel / ratio;
-    rules(cell, x, scale, sheet.width, (at) => pen.fillRect(at, 0, 1, sheet.height));
-    rules(cell, -y, scale, sheet.height, (at) => pen.fillRect(0, at, sheet.width, 1));
+    rules(cell, x, scale, wide, (at) => pen.fillRect(at, 0, 1, tall));
+    rules(cell, -y, scale, tall, (at) => pen.fillRect(0, at, wide, 1));
   });
 }
 

@@ -13,6 +13,7 @@ import { start as startRows } from "./rows.js";
 import { start as startSheet } from "./sheet.js";
 import { start as startTabs } from "./tabs.js";
 import { start as startTimeline } from "./timeline.js";
+import { start as startVisit } from "./visit.js";
 import { start as startZoom } from "./zoom.js";
 
 open();
@@ -25,6 +26,7 @@ startCamera();
 startPalette();
 startSheet();
 startTabs();
+startVisit();
 startActions();
 startKeys();
 startRows();

@@ -147,6 +147,7 @@ export function start() {
   });
   jump.addEventListener("keydown", (event) => event.key === "Escape" && jump.blur());
   watchActions(show);
+  on("role", ({ driving }) => (bar.inert = !driving));
   on("timeline", (value) => {
     state = value;
     bar.hidden = false;

@@ -8,10 +8,8 @@ from jaxtyping import Float
 
 from bspline_slam import se2
 from splinescope.page import Bounds, Page, Viewport
+from splinescope.page_values import Place
 from splinescope.view import MapView, ScanView
-
-FIT_MARGIN = 56.0
-"""Pixels of air, both sides together, that the page leaves around what it fits."""
 
 AIR = 0.15
 """Share of its size that a growing map is given on every side, so that the picture does not move all the time."""
@@ -26,16 +24,26 @@ class Camera:
     def __init__(self, page: Page) -> None:
         self._page = page
         self._fitted: dict[int, Bounds] = {}
+        self._placed: set[int] = set()
 
-    def fit(self, wanted: Bounds) -> None:
-        """Show all of it in every page."""
-        for client in self._page.server.get_clients().values():
-            self._fit(client, wanted)
+    def fit(self, wanted: Bounds, client: int | None = None) -> None:
+        """Show all of it in one page, or in every page."""
+        for each in self._page.server.get_clients().values():
+            if client in (None, each.client_id):
+                self._fit(each, wanted)
+
+    def look(self, place: Place, client: int | None = None) -> None:
+        """Show this place in one page, or in every page."""
+        for each in self._page.server.get_clients().values():
+            if client in (None, each.client_id):
+                self._placed.add(each.client_id)
+                self._page.look(place, each)
 
     def welcome(self, wanted: Bounds) -> None:
         """Show all of it in pages that have come since the last time."""
         for client in self._page.server.get_clients().values():
-            if client.client_id not in self._fitted and self._page.viewport_of(client) is not None:
+            known = client.client_id in self._fitted or client.client_id in self._placed
+            if not known and self._page.viewport_of(client) is not None:
                 self._fit(client, wanted)
 
     def grow(self, wanted: Bounds) -> None:
@@ -67,7 +75,8 @@ class Camera:
         for client in self._page.server.get_clients().values():
             viewport = self._page.viewport_of(client)
             if viewport is not None and strayed(robot, viewport):
-                self._page.fit(around(robot, viewport), client)
+                self._placed.add(client.client_id)
+                self._page.look((float(robot[0]), float(robot[1]), viewport.metres_per_pixel), client, glide=True)
 
 
 def bounds(world: MapView | None, scan: ScanView | None) -> Bounds:
@@ -116,13 +125,5 @@ def widened(bounds: Bounds, share: float) -> Bounds:
 
 def strayed(robot: Float[np.ndarray, "3"], viewport: Viewport) -> bool:
     """Whether the robot is further from the middle than ROOM of the page's size."""
-    away_x = abs(float(robot[0]) - viewport.x) / (viewport.width * viewport.metres_per_pixel)
-    away_y = abs(float(robot[1]) - viewport.y) / (viewport.height * viewport.metres_per_pixel)
-    return max(away_x, away_y) > ROOM
-
-
-def around(robot: Float[np.ndarray, "3"], viewport: Viewport) -> Bounds:
-    """A rectangle about the robot that fits at the scale the page has now."""
-    x, y = float(robot[0]), float(robot[1])
-    half = 0.5 * max(viewport.width - FIT_MARGIN, 1.0) * viewport.metres_per_pixel
-    return x - half, y, x + half, y
+    away = se2.rotation(viewport.turn).T @ (robot[:2] - [viewport.x, viewport.y]) / viewport.metres_per_pixel
+    return bool(max(abs(away) / [viewport.width, viewport.height]) > ROOM)

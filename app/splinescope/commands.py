@@ -7,6 +7,8 @@ from pathlib import Path
 
 from bspline_slam.scan import ScanLog
 from splinescope.closures import ClosurePage
+from splinescope.link import Link
+from splinescope.page_values import Place
 from splinescope.recipe import Recipe
 from splinescope.view import Colouring, Layer, Selection
 
@@ -97,6 +99,34 @@ class FollowRobot:
     """Keep the robot in the middle of the picture."""
 
     on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RobotUp:
+    """Turn the picture so that the robot drives upwards, or north up again; None changes to the other."""
+
+    on: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LookFrom:
+    """The driver's page looks at this place; None: at the whole map."""
+
+    place: Place | None
+
+
+@dataclass(frozen=True, slots=True)
+class ShowTab:
+    """The driver's page has opened this tab."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class FollowLink:
+    """Show the moment that a link names, standing still; once a log is open."""
+
+    link: Link
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +262,10 @@ Command = (
     | ChangeSpeed
     | FollowProcessing
     | FollowRobot
+    | RobotUp
+    | LookFrom
+    | ShowTab
+    | FollowLink
     | SetLayer
     | ToggleLayers
     | SetColouring

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Shown at once; `bad` if something went wrong, then it also stays readable."""
+    """Shown at once; `bad` if something went wrong, then it also stays readable. `client`: in this page alone."""
 
     title: str
     text: str
     bad: bool = False
+    client: int | None = None

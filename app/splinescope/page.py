@@ -8,6 +8,9 @@
     page.on_timeline(lambda command, value: ...)     # ("seek", 17), ("speed", 2)
     page.on_row(lambda name, number: ...)            # ("closure", 17)
     page.on_view(lambda: ...)                        # somebody panned, zoomed, connected or left
+    page.on_hello(lambda name, query: ...)           # a page has come, called so, with these words behind its address
+    page.on_goodbye(lambda client: ...)              # a page has left
+    page.on_tab(lambda name: ...)                    # somebody opened this tab
 
 Callbacks run one after another on the server's own thread, in the order in which people acted: let them post a command
 and return. While one runs, `asker()` tells the client whose person acted. Every page that looks on shares the scene and
@@ -27,8 +30,8 @@ from jaxtyping import Float
 
 from splinescope.asker import asked_by
 from splinescope.page_channel import PageEvent, PageState
-from splinescope.page_server import ANY_ADDRESS, start_server, stop_server
-from splinescope.page_values import Bounds, Mark, TimelineState, Viewport
+from splinescope.page_server import ANY_ADDRESS, LOOPBACK, start_server, stop_server
+from splinescope.page_values import Bounds, Mark, Place, TimelineState, Viewport
 
 __all__ = ["Bounds", "Mark", "Page", "TimelineState", "Viewport", "open_page"]
 
@@ -44,17 +47,23 @@ RowCallback = Callable[[str, int], None]
 
 
 def open_page(host: str, port: int, *, title: str = "SplineScope") -> Page:
-    """Serve the page at exactly this address; ConfigError, in a sentence, when that is impossible."""
-    return Page(start_server(host, port, title), host, title)
+    """Serve the page at exactly this address; ConfigError, in a sentence, when that is impossible.
+
+    Beyond the loopback address only those see it who know its `token`.
+    """
+    token = None if host in LOOPBACK else secrets.token_urlsafe(18)
+    return Page(start_server(host, port, title, token), host, title, token)
 
 
 class Page:
     """The window; `server` is the viser server that panels add their widgets to."""
 
-    def __init__(self, server: viser.ViserServer, host: str, title: str) -> None:
+    def __init__(self, server: viser.ViserServer, host: str, title: str, token: str | None = None) -> None:
         self.server = server
         self.title = title
+        self.host, self.token = host, token
         self.url = f"http://{'localhost' if host in ANY_ADDRESS else host}:{server.get_port()}"
+        self.address = self.url if token is None else f"{self.url}/?token={token}"
         self._viewports: dict[int, Viewport] = {}
         self._marks: tuple[Mark, ...] | None = None
         self._fits = self._performed = 0
@@ -64,6 +73,9 @@ class Page:
         self._timelines: list[TimelineCallback] = []
         self._rows: list[RowCallback] = []
         self._views: list[Callable[[], None]] = []
+        self._hellos: list[Callable[[str, str], None]] = []
+        self._goodbyes: list[Callable[[int], None]] = []
+        self._tabs: list[Callable[[str], None]] = []
         self._set_camera()
         server.scene.world_axes.visible = False
         server.scene.configure_environment_map(None)
@@ -101,6 +113,13 @@ class Page:
         if np.all(np.isfinite(bounds)):
             self._fits += 1
             self.send("fit", {"bounds": [float(b) for b in bounds], "number": f"{self._name}-{self._fits}"}, client)
+
+    def look(self, place: Place, client: viser.ClientHandle | None = None, *, glide: bool = False) -> None:
+        """Show exactly this place; `glide` there instead of jumping."""
+        self._fits += 1
+        x, y, scale = place
+        told = {"x": x, "y": y, "metresPerPixel": scale, "glide": glide, "number": f"{self._name}-{self._fits}"}
+        self.send("look", told, client)
 
     def viewport_of(self, client: viser.ClientHandle) -> Viewport | None:
         """What this page sees; None until it has told."""
@@ -141,6 +160,18 @@ class Page:
     def on_view(self, callback: Callable[[], None]) -> None:
         """Call back when some page sees something else than before."""
         self._views.append(callback)
+
+    def on_hello(self, callback: Callable[[str, str], None]) -> None:
+        """Call back with the name that a page has given itself when it has come, and the query of its address."""
+        self._hellos.append(callback)
+
+    def on_goodbye(self, callback: Callable[[int], None]) -> None:
+        """Call back with the client of a page that has left."""
+        self._goodbyes.append(callback)
+
+    def on_tab(self, callback: Callable[[str], None]) -> None:
+        """Call back with the name of a tab that a person opened."""
+        self._tabs.append(callback)
 
     def perform(self, action: str, client: viser.ClientHandle | None = None) -> None:
         """Let the script of one page, or of every page, do an action of its own."""
@@ -185,9 +216,13 @@ class Page:
                 client = self.server.get_clients().get(client_id)
                 arguments = (point, float(value["metresPerPixel"]), client)
                 return [(callback, arguments) for callback in self._clicks if client is not None]
+            case "hello":
+                return [(callback, (str(value["name"])[:80], str(value["query"])[:2000])) for callback in self._hellos]
+            case "tab":
+                return [(callback, (str(value)[:80],)) for callback in self._tabs]
             case "viewport":
-                names = ("x", "y", "metresPerPixel", "width", "height")
-                viewport = Viewport(*(float(value[name]) for name in names))
+                names = ("x", "y", "metresPerPixel", "width", "height", "turn")
+                viewport = Viewport(*(float(value[name]) for name in names), fitted=bool(value["fitted"]))
                 self._viewports = {**self._others(client_id), client_id: viewport}
                 return [(callback, ()) for callback in self._views]
         raise ValueError(topic)
@@ -196,6 +231,8 @@ class Page:
         self._viewports = self._others(client.client_id)
         for callback in self._views:
             callback()
+        for goodbye in self._goodbyes:
+            goodbye(client.client_id)
 
     def _others(self, client_id: int) -> dict[int, Viewport]:
         """A new dictionary each time, for other threads may be reading the old one."""

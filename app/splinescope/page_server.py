@@ -5,15 +5,18 @@ from __future__ import annotations
 import contextlib
 import errno
 import gzip
+import hashlib
+import hmac
 import http
 import io
 import mimetypes
 import socket
 from collections.abc import Callable, Iterator
 from functools import cache
+from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import viser
 import websockets.asyncio.server
@@ -25,6 +28,9 @@ from splinescope.paths import static_folder
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::", "")
+NO_TOKEN = (
+    b"This page is open to those who know its token: use the whole address that SplineScope printed when it began.\n"
+)
 SCRIPT = """<link rel="stylesheet" href="static/style.css">
 <script>window.splinescope = { waiting: [], receive(topic, value) { this.waiting.push([topic, value]); } };</script>
 <script type="module" src="static/page.js"></script>
@@ -44,10 +50,11 @@ def page_html(title: str) -> str:
     return head + SCRIPT + rest
 
 
-def start_server(host: str, port: int, title: str) -> viser.ViserServer:
-    """A running viewer on exactly this address (port 0: any free one); ConfigError when it cannot be had."""
+def start_server(host: str, port: int, title: str, token: str | None = None) -> viser.ViserServer:
+    """A running viewer on exactly this address (port 0: any free one), open to those who know the token where there is
+    one; ConfigError when it cannot be had."""
     check_address(host, port)
-    with _serving(page_html(title).encode(), host), contextlib.redirect_stdout(io.StringIO()):
+    with _serving(page_html(title).encode(), host, token), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, verbose=False)
     if port not in (0, server.get_port()):
         stop_server(server)
@@ -98,6 +105,21 @@ def same_origin(request: Request, host: str) -> bool:
     return host not in LOOPBACK or urlsplit(f"//{target}").hostname in LOOPBACK
 
 
+def knows(request: Request, token: str) -> bool:
+    """Whether a request carries the token: behind the address, or in the cookie that it was given for that."""
+    told = parse_qs(urlsplit(request.path).query).get("token", [])
+    cookies = SimpleCookie()
+    with contextlib.suppress(CookieError):
+        cookies.load(request.headers.get("Cookie", ""))
+    kept = cookies.get(cookie_name(token))
+    return any(hmac.compare_digest(each.encode(), token.encode()) for each in [*told, *([kept.value] if kept else [])])
+
+
+def cookie_name(token: str) -> str:
+    """One name per server, for cookies do not tell ports apart."""
+    return "splinescope-" + hashlib.sha256(token.encode()).hexdigest()[:8]
+
+
 def page_response(path: str, index: bytes) -> Response | None:
     """Our answer to a GET: the page, a file of static/, or None for what is viser's."""
     path = unquote(path.partition("?")[0])
@@ -118,6 +140,12 @@ def _compressed(body: bytes) -> bytes:
     return gzip.compress(body, 6)
 
 
+def _admitting(response: Response, token: str) -> Response:
+    """The same answer, with the token as a cookie that no script can read."""
+    response.headers["Set-Cookie"] = f"{cookie_name(token)}={token}; Path=/; HttpOnly; SameSite=Strict"
+    return response
+
+
 def _response(status: http.HTTPStatus, body: bytes, kind: str) -> Response:
     body = _compressed(body)
     headers = Headers(
@@ -128,13 +156,14 @@ def _response(status: http.HTTPStatus, body: bytes, kind: str) -> Response:
             "Cache-Control": "no-cache",
             "X-Content-Type-Options": "nosniff",
             "X-Frame-Options": "SAMEORIGIN",
+            "Referrer-Policy": "no-referrer",
         }
     )
     return Response(status.value, status.phrase, headers, body)
 
 
 @contextlib.contextmanager
-def _serving(index: bytes, host: str) -> Iterator[None]:
+def _serving(index: bytes, host: str, token: str | None) -> Iterator[None]:
     """While it lasts, a websocket server that is started asks us first about every request.
 
     viser offers no hook for this, so the one function that it starts its server with is wrapped for that moment.
@@ -144,11 +173,16 @@ def _serving(index: bytes, host: str) -> Iterator[None]:
 
     def wrapped(*args: Any, process_request: Callable[..., Any], **rest: Any) -> Any:
         def ask_us_first(connection: Any, request: Request) -> Any:
+            if token is not None and not knows(request, token):
+                return _response(http.HTTPStatus.FORBIDDEN, NO_TOKEN, "text/plain; charset=utf-8")
             if request.headers.get("Upgrade", "").lower() == "websocket":
                 if not same_origin(request, host):
                     return _response(http.HTTPStatus.FORBIDDEN, b"only the page itself may connect", "text/plain")
                 return process_request(connection, request)
-            return page_response(request.path, index) or process_request(connection, request)
+            ours = page_response(request.path, index)
+            if ours is None:
+                return process_request(connection, request)
+            return ours if token is None else _admitting(ours, token)
 
         return serve(*args, process_request=ask_us_first, **rest)
 

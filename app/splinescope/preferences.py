@@ -1,14 +1,16 @@
-"""What is remembered from one visit to the next: layers, theme, speed; a small JSON file."""
+"""What is remembered from one visit to the next: layers, theme, speed, views of logs; a small JSON file."""
 
 from __future__ import annotations
 
 import json
 import logging
 import os
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from splinescope.log_view import LogView
 from splinescope.view import Colouring, Layer
 
 log = logging.getLogger(__name__)
@@ -27,17 +29,26 @@ FIRST_LAYERS = frozenset(
     }
 )
 """Layers that a first visitor sees."""
+MOST_VIEWS = 50
+"""Logs whose views are remembered."""
 
 
 @dataclass(frozen=True, slots=True)
 class Preferences:
-    """Choices of the person that outlive a page and a process."""
+    """Choices of the person that outlive a page and a process; `views` by the content hash of each log, newest last."""
 
     layers: frozenset[Layer] = FIRST_LAYERS
     dark: bool = True
     follow_robot: bool = False
     speed: float = 2.0
     colouring: Colouring = Colouring.SPLINE
+    robot_up: bool = False
+    views: Mapping[str, LogView] = field(default_factory=dict)
+
+    def with_view(self, content_hash: str, view: LogView) -> Preferences:
+        """The same, and how the log of this hash was looked at last; the oldest are forgotten."""
+        others = {known: kept for known, kept in self.views.items() if known != content_hash}
+        return replace(self, views=dict([*others.items(), (content_hash, view)][-MOST_VIEWS:]))
 
     def to_json(self) -> str:
         """The file's text; layers and colouring by their names in the code, which outlive their labels."""
@@ -58,12 +69,14 @@ class Preferences:
 
 
 def _understood(told: dict[str, Any]) -> dict[str, Any]:
-    kinds = {"dark": bool, "follow_robot": bool, "speed": float}
+    kinds = {"dark": bool, "follow_robot": bool, "robot_up": bool, "speed": float}
     known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
     if isinstance(told.get("layers"), list):
         known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])
     if told.get("colouring") in Colouring.__members__:
         known["colouring"] = Colouring[told["colouring"]]
+    if isinstance(told.get("views"), dict):
+        known["views"] = {str(log): LogView.from_json(view) for log, view in told["views"].items()}
     return known
 
 

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
+import numpy as np
+
+from bspline_slam import se2
 from splinescope.actions import described, refusals
 from splinescope.camera import Camera, bounds
 from splinescope.page import Bounds, Mark, Page, TimelineState
+from splinescope.page_values import Place
 from splinescope.panels.panel import Post
 from splinescope.panels.side_bar import SideBar
 from splinescope.scene import Scene
 from splinescope.session import Session
 from splinescope.view import MapView
+from splinescope.visitors import Visitors
 
 DRAWS_PER_SECOND = 30.0
 PANELS_PER_SECOND = 8.0
@@ -28,6 +34,8 @@ class Presenter:
         self._scene = Scene(page)
         self._camera = Camera(page)
         self._side_bar = SideBar(page.server.gui, post)
+        self._turned = 0.0
+        self._links = 0
         self._refusals: dict[str, str] | None = None
         page.send("actions", described())
         self._drawn = self._refreshed = -1
@@ -70,9 +78,45 @@ class Presenter:
         if self._scene.stale:
             self._drawn = -1
 
-    def fit(self) -> None:
-        """Show the whole map in every page."""
-        self._camera.fit(self._bounds())
+    def fit(self, client: int | None = None) -> None:
+        """Show the whole map in one page, or in every page."""
+        self._camera.fit(self._bounds(), client)
+
+    def fit_scan(self, client: int | None) -> None:
+        """Show the current scan in one page, or in every page."""
+        if self._session.scan_view is not None:
+            self._camera.fit(bounds(None, self._session.scan_view), client)
+
+    def greet(self, client: int, place: Place | None) -> None:
+        """Let a page that has come look at this place, or else where the log was looked at, and open its tab."""
+        wanted = place or self._session.place
+        if wanted is not None:
+            self._camera.look(wanted, client)
+        self._tell(client, "tab", self._session.tab)
+
+    def copy_link(self, client: int) -> None:
+        """Give a page the link to this moment as it sees it."""
+        handle = self._page.server.get_clients().get(client)
+        viewport = self._page.viewport_of(handle) if handle is not None else None
+        self._links += 1
+        link = replace(self._session.link, place=None if viewport is None else viewport.place)
+        self._tell(client, "copy", {"query": link.query, "number": self._links})
+
+    def show_roles(self, visitors: Visitors) -> None:
+        """Let every page know whether it drives, and how many watch."""
+        for client in visitors.names:
+            self._tell(client, "role", {"driving": client == visitors.driver, "watchers": len(visitors.watchers)})
+
+    def place_of(self, client: int) -> Place | None:
+        """Where a page looks; None while it sees what it was made to see."""
+        handle = self._page.server.get_clients().get(client)
+        viewport = self._page.viewport_of(handle) if handle is not None else None
+        return None if viewport is None or viewport.fitted else viewport.place
+
+    def _tell(self, client: int, topic: str, value: object) -> None:
+        handle = self._page.server.get_clients().get(client)
+        if handle is not None:
+            self._page.send(topic, value, handle)
 
     def perform(self, action: str, client: int | None) -> None:
         """Let the script of a page do an action of its own; of every page where nobody asked."""
@@ -83,9 +127,13 @@ class Presenter:
 
     def _look(self) -> None:
         session = self._session
+        self._turn()
         if session.fit_wanted:
             session.fit_wanted = False
             self.fit()
+            if session.place is not None:
+                self._camera.look(session.place)
+            self._page.send("tab", session.tab)
         elif session.preferences.follow_robot and session.scan_view is not None:
             self._camera.follow(session.scan_view.pose)
         elif session.busy and session.map_view is not self._seen_map:
@@ -93,6 +141,13 @@ class Presenter:
         elif self._was_busy and not session.busy:
             self._camera.settle(self._bounds())
         self._was_busy, self._seen_map = session.busy, session.map_view
+
+    def _turn(self) -> None:
+        scan, chosen = self._session.scan_view, self._session.preferences
+        turn = float(se2.wrap(scan.pose[2] - np.pi / 2)) if chosen.robot_up and scan is not None else 0.0
+        if turn != self._turned:
+            self._turned = turn
+            self._page.send("turn", turn)
 
     def _timeline(self) -> TimelineState:
         session = self._session
@@ -125,6 +180,8 @@ class Presenter:
         notices, self._session.notices = self._session.notices, []
         for notice in notices:
             for client in self._page.server.get_clients().values():
+                if notice.client not in (None, client.client_id):
+                    continue
                 client.add_notification(
                     notice.title,
                     notice.text,

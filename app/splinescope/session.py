@@ -14,10 +14,13 @@ from splinescope.activity import Activity
 from splinescope.closures import ClosurePage
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
+from splinescope.link import Link
+from splinescope.log_view import LogView
 from splinescope.map_view import view_map
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
+from splinescope.page_values import Place
 from splinescope.playback import Playback, play_axis
 from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
@@ -33,7 +36,8 @@ class Session:
 
     `opener` reads a log in the background and answers with LogOpened or LogRefused. `findings` is what is known of
     the open log and `estimation` the work on it (None: no log is open). `revision` grows with every change; `notices`
-    and `fit_wanted` are for the viewer to take.
+    and `fit_wanted` are for the viewer to take; a fit goes to `place`, where the log was looked at before, and opens
+    `tab`.
     """
 
     def __init__(
@@ -60,6 +64,9 @@ class Session:
         self.playback = Playback(speed=preferences.speed)
         self.following = True
         self.selection: Selection | None = None
+        self.place: Place | None = None
+        self.tab = ""
+        self._link: Link | None = None
         self.closure_page = ClosurePage()
         self.observing = False
         self.observation_step = ObservationStep.PARAMETERS
@@ -155,6 +162,21 @@ class Session:
         """A sentence on what stands in the way of running over the log now; None if nothing does."""
         return self.estimation.run_refusal(self.recipe) if self.estimation is not None else NO_LOG
 
+    @property
+    def remembered(self) -> Preferences:
+        """What is to be kept for the next visit: the preferences, with how the open log is looked at."""
+        if self.log is None or not len(self.log):
+            return self.preferences
+        cursor = None if self.following else self.cursor
+        seen = LogView(cursor, self.place, self.selection, self.tab)
+        return self.preferences.with_view(self.log.content_hash, seen)
+
+    @property
+    def link(self) -> Link:
+        """This moment, but for the place that each page looks at."""
+        chosen = self.preferences
+        return Link(self.cursor if self.log is not None else None, chosen.layers, None, chosen.colouring)
+
     # -- what happens --------------------------------------------------------------------------------------------
     def tick(self) -> None:
         """Let playback run up to now."""
@@ -208,6 +230,12 @@ class Session:
                 self._follow()
             case ask.Select(selection=selection):
                 self.selection = selection
+            case ask.LookFrom(place=place):
+                self.place = place
+            case ask.ShowTab(name=name):
+                self.tab = name
+            case ask.FollowLink(link=link):
+                self._follow_link(link)
             case ask.Leave():
                 self.selection = None
             case ask.ShowClosure(number=number):
@@ -268,15 +296,41 @@ class Session:
         if request != self.opening:
             return
         self._estimator.cancel()
-        self.opening, self.troubles, self.selection, self.recipe = None, (), None, Recipe()
+        self.preferences = self.remembered
+        self.opening, self.troubles, self.recipe = None, (), Recipe()
         self.closure_page = ClosurePage()
         self.title = request.title or log.name
         self.findings = Findings(log)
         self.estimation = Estimation(self._estimator, self.findings, request.path, self.tell)
         self.playback = Playback(play_axis(log.times) if len(log) else np.zeros(0), speed=self.preferences.speed)
-        self.following = self.fit_wanted = True
+        self.fit_wanted = True
+        self._look_as_before(self.preferences.views.get(log.content_hash, LogView()))
         if len(log):
             self.estimation.process(self.recipe)
+
+    def _look_as_before(self, seen: LogView) -> None:
+        self.selection, self.place, self.tab = seen.selection, seen.place, seen.tab
+        self.following = seen.cursor is None
+        if seen.cursor is not None:
+            self.playback = self.playback.seek(seen.cursor, self._clock())
+        link, self._link = self._link, None
+        if link is not None:
+            self._follow_link(link)
+
+    def _follow_link(self, link: Link) -> None:
+        chosen = self.preferences
+        layers, colouring = link.layers, link.colouring
+        self.preferences = replace(
+            chosen,
+            layers=chosen.layers if layers is None else layers,
+            colouring=chosen.colouring if colouring is None else colouring,
+        )
+        if link.nonsense:
+            self.tell(Notice("Not all of the link is understood", f"It says {', '.join(link.nonsense)}."))
+        if self.log is None:
+            self._link = replace(link, nonsense=())
+        elif link.scan is not None:
+            self._move(self.playback.seek(link.scan, self._clock()).pause(self._clock()))
 
     def _refused(self, request: ask.OpenLog, sentence: str) -> None:
         if request == self.opening:
@@ -323,6 +377,8 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
             return replace(preferences, colouring=every[(every.index(preferences.colouring) + by) % len(every)])
         case ask.SetDark(dark=dark):
             return replace(preferences, dark=not preferences.dark if dark is None else dark)
+        case ask.RobotUp(on=on):
+            return replace(preferences, robot_up=not preferences.robot_up if on is None else on)
         case ask.FollowRobot(on=on):
             return replace(preferences, follow_robot=on)
         case _:

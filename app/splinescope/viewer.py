@@ -6,12 +6,16 @@ lets playback run on, and shows what has changed.
 
 from __future__ import annotations
 
+import getpass
 import logging
+import os
 import queue
+import socket
 import threading
+import time
 import webbrowser
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +26,9 @@ from bspline_slam.logs import open_log
 from splinescope import commands as ask
 from splinescope import preferences as prefs
 from splinescope.actions import PageRequest, Perform, find
+from splinescope.addresses import told_addresses
 from splinescope.asker import asker
+from splinescope.link import Link
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.page import Page, open_page
@@ -31,11 +37,16 @@ from splinescope.paths import find_log
 from splinescope.picking import pick
 from splinescope.presenter import Presenter
 from splinescope.session import Session
+from splinescope.visitors import Visitors
 from splinescope.worker import Worker
 
 logger = logging.getLogger(__name__)
 
 CLICK_PIXELS = 8.0
+KEEPING = 1.0
+"""Seconds between two times that choices are written down."""
+OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press T to take control back.")
+WATCHING = Notice("You are watching", "Another page drives what all see. Press T to take control.")
 FIRST_SAMPLE = "office"
 
 
@@ -52,7 +63,22 @@ class PageMoved:
     """Some page sees another part of the world, or a new page has come."""
 
 
-Posted = ask.Command | Perform | Click | PageMoved | Message
+@dataclass(frozen=True, slots=True)
+class Hello:
+    """A page has come that calls itself `name`; `query` stands behind its address."""
+
+    name: str
+    query: str
+
+
+@dataclass(frozen=True, slots=True)
+class Goodbye:
+    """The page of this client has left."""
+
+    client: int
+
+
+Posted = ask.Command | Perform | Click | PageMoved | Hello | Goodbye | Message
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,9 +103,9 @@ def view(
     """
     viewer = Viewer(open_page(host, port, title="SplineScope"), session or prefs.default_path())
     viewer.post(ask.OpenLog(log or find_log(FIRST_SAMPLE)))
-    print(f"SplineScope is at {viewer.url}   (Ctrl+C ends it)", flush=True)  # noqa: T201
+    print(*viewer.addresses, sep="\n", flush=True)  # noqa: T201
     if browser:
-        threading.Thread(target=webbrowser.open, args=(viewer.url,), daemon=True).start()
+        threading.Thread(target=webbrowser.open, args=(viewer.address,), daemon=True).start()
     try:
         viewer.run()
     except KeyboardInterrupt:
@@ -100,17 +126,34 @@ class Viewer:
         self._worker.start()
         self.session = Session(self._worker, self._open, prefs.load(preferences))
         self._presenter = Presenter(page, self.session, self.post)
+        self._visitors = Visitors()
         self._kept = self.session.preferences
+        self._keep_time = 0.0
         page.on_action(lambda action: self.post(Perform(action)))
         page.on_click(lambda point, scale, client: self.post(Click(point, scale)))
         page.on_timeline(self._timeline)
         page.on_row(self._row)
         page.on_view(lambda: self.post(PageMoved()))
+        page.on_hello(lambda name, query: self.post(Hello(name, query)))
+        page.on_goodbye(lambda client: self.post(Goodbye(client)))
+        page.on_tab(lambda name: self.post(ask.ShowTab(name)))
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """Where the page is, seen from this machine."""
         return self._page.url
+
+    @property
+    def address(self) -> str:
+        """The same, with the token that it may need."""
+        return self._page.address
+
+    @property
+    def addresses(self) -> list[str]:
+        """Where the page is, in lines for the terminal."""
+        page = self._page
+        names = (socket.gethostname(), getpass.getuser())
+        return told_addresses(page.host, page.server.get_port(), page.token, *names, os.environ)
 
     # -- from other threads --------------------------------------------------------------------------------------
     def post(self, item: Posted) -> None:
@@ -155,7 +198,9 @@ class Viewer:
             self._remember()
 
     def close(self) -> None:
-        """End the estimator and the page."""
+        """End the estimator and the page, with all choices kept."""
+        self._keep_time = 0.0
+        self._remember()
         self._worker.close()
         self._page.stop()
 
@@ -173,7 +218,15 @@ class Viewer:
             return items
 
     def _take(self, item: Posted, client: int | None = None) -> None:
+        if client is not None and not self._may(item, client):
+            if not isinstance(item, ask.ShowTab):
+                self.session.tell(replace(WATCHING, client=client))
+            return
         match item:
+            case Hello() if client is not None:
+                self._greet(client, item)
+            case Goodbye():
+                self._visit(self._visitors.left(item.client))
             case Perform():
                 self._perform(item.action, client)
             case Click():
@@ -181,10 +234,46 @@ class Viewer:
                 self.session.apply(ask.Select(found))
             case PageMoved():
                 self._presenter.page_moved()
+                if client is not None and client == self._visitors.driver:
+                    self.session.apply(ask.LookFrom(self._presenter.place_of(client)))
             case Message():
                 self.session.receive(item)
+            case Hello():
+                logger.warning("a page that is not connected said hello")
             case _:
                 self.session.apply(item)
+
+    # -- who drives ----------------------------------------------------------------------------------------------
+    def _may(self, item: Posted, client: int) -> bool:
+        """Whether this page may do this: its own view is its own affair, all else is the driver's. Where nobody
+        drives, who acts first does."""
+        if isinstance(item, (Hello, Goodbye, PageMoved)):
+            return True
+        if isinstance(item, Perform) and (action := find(item.action)) and isinstance(action.does, PageRequest):
+            return True
+        if self._visitors.driver is None:
+            self._visit(self._visitors.driven_by(client))
+        return self._visitors.driver == client
+
+    def _greet(self, client: int, hello: Hello) -> None:
+        self._visit(self._visitors.came(client, hello.name))
+        link = Link.parse(hello.query)
+        if not link.empty:
+            if self._visitors.driver == client:
+                self.session.apply(ask.FollowLink(link))
+            else:
+                self.session.tell(replace(WATCHING, client=client))
+        self._presenter.greet(client, link.place)
+
+    def _drive(self, client: int) -> None:
+        before = self._visitors.driver
+        self._visit(self._visitors.driven_by(client))
+        if before not in (None, client):
+            self.session.tell(replace(OVERTAKEN, client=before))
+
+    def _visit(self, visitors: Visitors) -> None:
+        self._visitors = visitors
+        self._presenter.show_roles(visitors)
 
     def _guarded(self, work: Callable[[], None]) -> None:
         """Whatever goes wrong is told to the person and ends nothing; said once while it goes on."""
@@ -205,15 +294,28 @@ class Viewer:
         if refusal is not None:
             session.tell(Notice(action.words, refusal))
             return
-        match request := action.request(session):
+        match action.request(session):
             case PageRequest.FIT:
-                self._presenter.fit()
+                self._presenter.fit(client)
+            case PageRequest.FIT_SCAN:
+                self._presenter.fit_scan(client)
+            case PageRequest.TAKE_CONTROL if client is not None:
+                self._drive(client)
+            case PageRequest.LINK if client is not None:
+                self._presenter.copy_link(client)
             case PageRequest.SCRIPT:
                 self._presenter.perform(name, client)
-            case _:
-                session.apply(request)
+            case PageRequest():
+                logger.warning("%s concerns a page, but none has asked", name)
+            case command:
+                session.apply(command)
 
     def _remember(self) -> None:
-        if self.session.preferences != self._kept:
-            self._kept = self.session.preferences
-            prefs.save(self._kept, self._preferences_path)
+        """Keep what was chosen, at most once a second."""
+        now = time.monotonic()
+        if now - self._keep_time < KEEPING:
+            return
+        self._keep_time, chosen = now, self.session.remembered
+        if chosen != self._kept:
+            self._kept = chosen
+            prefs.save(chosen, self._preferences_path)

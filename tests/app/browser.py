@@ -81,7 +81,7 @@ def opened(browser: Browser, url: str, width: int = 1280, height: int = 720) -> 
     window.page.on("console", lambda said: window.errors.append(said.text) if said.type == "error" else None)
     window.page.on("pageerror", lambda error: window.errors.append(str(error)))
     try:
-        window.page.goto(f"{url}/?fixedDpr=1")
+        window.page.goto(f"{url}{'&' if '?' in url else '/?'}fixedDpr=1")
         window.page.wait_for_function(READY, timeout=1000 * PATIENCE)
         window.settled()
         yield window

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,8 +10,9 @@ import numpy as np
 import pytest
 
 from app import views
-from splinescope.camera import FIT_MARGIN, Camera, around, bounds, contains, strayed, union
+from splinescope.camera import Camera, bounds, contains, strayed, union
 from splinescope.page import Bounds, Viewport
+from splinescope.page_values import Place
 
 HERE = Viewport(0.0, 0.0, 0.01, 1000.0, 600.0)
 
@@ -21,11 +23,15 @@ class Pages:
     def __init__(self, *seen: Bounds) -> None:
         self.seen = dict(enumerate(seen))
         self.fitted: list[tuple[Bounds, int]] = []
+        self.looks: list[tuple[Place, int]] = []
         clients = {number: SimpleNamespace(client_id=number) for number in self.seen}
         self.server: Any = SimpleNamespace(get_clients=lambda: clients)
 
     def fit(self, wanted: Bounds, client: Any) -> None:
         self.fitted.append((wanted, client.client_id))
+
+    def look(self, place: Place, client: Any, *, glide: bool = False) -> None:
+        self.looks.append((place, client.client_id))
 
     def bounds_of(self, client: Any) -> Bounds:
         return self.seen[client.client_id]
@@ -77,11 +83,26 @@ def test_the_robot_is_followed_when_it_is_about_to_leave_and_the_scale_stays() -
     assert not strayed(np.array([2.0, 1.0, 0.0]), HERE)
     robot = np.array([4.0, 1.0, 0.0])
     assert strayed(robot, HERE)
-    left, low, right, high = around(robot, HERE)
-    assert (right - left) / (HERE.width - FIT_MARGIN) == pytest.approx(HERE.metres_per_pixel)
-    assert ((left + right) / 2, (low + high) / 2) == pytest.approx((4.0, 1.0))
     pages = Pages(HERE.bounds)
     camera_of(pages).follow(robot)
+    assert pages.looks == [((4.0, 1.0, HERE.metres_per_pixel), 0)]
+
+
+def test_a_turned_page_is_left_through_its_own_edges() -> None:
+    turned = replace(HERE, turn=np.pi / 2)
+    assert strayed(np.array([2.0, 0.0, 0.0]), turned)  # 6 m tall: x runs up and down now
+    assert not strayed(np.array([0.0, 2.0, 0.0]), turned)
+    assert turned.bounds == pytest.approx((-3.0, -5.0, 3.0, 5.0))
+    slanted = replace(HERE, turn=0.3).bounds
+    assert contains(slanted, (-4.5, -2.0, 4.5, 2.0), slack=0.0)
+
+
+def test_a_page_that_was_given_a_place_is_not_welcomed_to_another() -> None:
+    pages = Pages((0.0, 0.0, 1.0, 1.0), (0.0, 0.0, 1.0, 1.0))
+    camera = camera_of(pages)
+    camera.look((1.0, 2.0, 0.01), 1)
+    camera.welcome((0.0, 0.0, 5.0, 5.0))
+    assert pages.looks == [((1.0, 2.0, 0.01), 1)]
     assert [client for _, client in pages.fitted] == [0]
 
 

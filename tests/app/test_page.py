@@ -13,11 +13,12 @@ import pytest
 from playwright.sync_api import expect
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from app.browser import Window, until
 from bspline_slam.errors import ConfigError
 from splinescope import table
-from splinescope.actions import ACTIONS, PageRequest
+from splinescope.actions import ACTIONS, PageRequest, described
 from splinescope.page import Mark, Page, TimelineState, open_page
 
 Opener = Callable[..., Window]
@@ -81,6 +82,29 @@ def test_a_name_pointed_at_this_machine_cannot_connect(page: Page) -> None:
         lines.append("Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n")
         line.sendall("".join(lines).encode())
         assert b"403" in line.recv(64)
+
+
+def test_beyond_this_machine_only_who_knows_the_token_gets_in(open_window: Opener) -> None:
+    page = open_page("0.0.0.0", 0)
+    try:
+        assert page.token is not None
+        page.send("actions", described())
+        for path in ("", "/static/page.js", "/?token=", "/?token=wrong"):
+            with pytest.raises(HTTPError, match="403"):
+                urlopen(f"{page.url}{path}", timeout=10)
+        with (
+            pytest.raises(InvalidStatus, match="403"),
+            connect(page.url.replace("http", "ws"), origin=Origin(page.url)),
+        ):
+            pass
+        with urlopen(page.address, timeout=10) as answer:
+            cookie = answer.headers["Set-Cookie"]
+        assert page.token in cookie and "HttpOnly" in cookie and "SameSite=Strict" in cookie
+        window = open_window(page.address)
+        assert page.token not in window.page.url
+        assert len(page.server.get_clients()) == 1
+    finally:
+        page.stop()
 
 
 # -- the camera --------------------------------------------------------------------------------------------------
@@ -204,6 +228,34 @@ def test_the_scale_bar_is_as_long_as_it_says(page: Page, open_window: Opener) ->
         assert number.rstrip("0") in ("1", "2", "5")
         window.page.mouse.move(300, 300)
         window.page.mouse.wheel(0, -400)
+
+
+def test_a_turned_page_has_the_robots_way_up(page: Page, open_window: Opener) -> None:
+    clicks: list[np.ndarray] = []
+    page.on_click(lambda point, scale, client: clicks.append(point))
+    window = open_window(page.url)
+    page.look((2.0, 1.0, 0.01))
+    page.send("turn", np.pi / 2)
+    until(lambda: window.viewport()["turn"] > 1.5, "the turn")
+    view = window.settled()
+    assert (view["x"], view["y"], view["metresPerPixel"]) == pytest.approx((2.0, 1.0, 0.01), rel=1e-3)
+    box = window.page.evaluate("(({left, top}) => [left, top])(__viserMutable.canvas.getBoundingClientRect())")
+    window.page.mouse.click(box[0] + view["width"] / 2, box[1] + view["height"] / 2 - 100)
+    until(lambda: clicks, "the click")
+    assert clicks[0] == pytest.approx([1.0, 1.0], abs=0.02)  # up is where x was falling
+    window.page.mouse.move(400, 300)
+    window.page.mouse.down()
+    window.page.mouse.move(400, 350, steps=4)
+    window.page.mouse.up()
+    dragged = window.settled()
+    assert (dragged["x"], dragged["y"]) == pytest.approx((1.5, 1.0), abs=0.02)
+    page.fit(ROOM)
+    until(lambda: window.viewport()["metresPerPixel"] > 0.014, "the fit")
+    seen = until(lambda: page.viewport if page.viewport and page.viewport.fitted else None, "what the page sees")
+    assert seen.bounds[0] <= ROOM[0] < ROOM[2] <= seen.bounds[2]
+    page.send("turn", 0.0)
+    until(lambda: window.viewport()["turn"] == 0.0, "north up")
+    assert window.camera()["up"] == pytest.approx([-1.0, 0.0, 0.0], abs=1e-9)
 
 
 # -- what people do ----------------------------------------------------------------------------------------------

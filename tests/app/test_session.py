@@ -14,10 +14,11 @@ from bspline_slam import se2
 from splinescope import commands as ask
 from splinescope import messages as told
 from splinescope.activity import Work
+from splinescope.link import Link
 from splinescope.preferences import FIRST_LAYERS, Preferences
 from splinescope.recipe import Recipe
 from splinescope.session import Session
-from splinescope.view import Layer, Selection
+from splinescope.view import Colouring, Layer, Selection
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +206,8 @@ def test_opening_another_log_stops_the_work_on_the_first(finished: tuple[Session
     session.apply(ask.Select(Selection("spline", 1)))
     session.apply(request)
     assert session.log is not None
-    session.apply(ask.LogOpened(request, session.log))
+    assert isinstance(session.log, MemoryLog)
+    session.apply(ask.LogOpened(request, replace(session.log, content_hash="another")))
     assert inline.cancelled > 0
     assert (session.cursor, session.selection, session.findings.snapshot, session.findings.processed) == (
         0,
@@ -459,3 +461,46 @@ def test_results_belong_to_their_log(finished: tuple[Session, InlineEstimator]) 
     assert numbers(session) == ([], None, None)
     assert session.compared_view is None
     assert session.recipe == Recipe()
+
+
+def test_a_log_that_is_opened_again_is_seen_as_it_was_left(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    for command in (
+        ask.Seek(7),
+        ask.Select(Selection("spline", 1)),
+        ask.LookFrom((1.0, 2.0, 0.01)),
+        ask.ShowTab("log"),
+    ):
+        session.apply(command)
+    kept, log = session.remembered, session.log
+    assert isinstance(log, MemoryLog)
+    assert Preferences.from_json(kept.to_json()) == kept
+    request = ask.OpenLog(Path("elsewhere.log"))
+    for opened in (replace(log, content_hash="another"), log):
+        session.apply(request)
+        session.apply(ask.LogOpened(request, opened))
+        if opened is not log:
+            assert (session.place, session.selection, session.tab, session.following) == (None, None, "", True)
+    assert (session.cursor, session.place, session.tab) == (7, (1.0, 2.0, 0.01), "log")
+    assert session.selection == Selection("spline", 1)
+    assert not session.following
+
+
+def test_a_link_shows_its_moment_standing_still(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    session.apply(ask.Play())
+    session.apply(ask.FollowLink(Link(12, frozenset({Layer.GRID}), None, Colouring.AGE, ("smell=3",))))
+    assert (session.cursor, session.playback.playing, session.following) == (12, False, False)
+    assert session.link == Link(12, frozenset({Layer.GRID}), None, Colouring.AGE)
+    assert "smell=3" in session.notices[-1].text
+
+
+def test_a_link_waits_for_its_log() -> None:
+    drive = corridor_log(np.random.default_rng(8), 30)
+    opened: list[ask.OpenLog] = []
+    session = Session(InlineEstimator(), opened.append, Preferences(), clock=lambda: 0.0)
+    session.apply(ask.OpenLog(drive.path))
+    session.apply(ask.FollowLink(Link(scan=21)))
+    session.apply(ask.LogOpened(opened[0], drive))
+    assert session.cursor == 21
+    assert not session.following

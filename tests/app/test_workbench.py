@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, expect
 
-from app.browser import Window, until
+from app.browser import READY, Window, until
 from app.logs import corridor_log, write_carmen
 from splinescope import commands as ask
 from splinescope.actions.page import TABS
 from splinescope.grades import WIDTHS
+from splinescope.link import Link
 from splinescope.page import open_page
-from splinescope.preferences import Preferences, load, save
-from splinescope.view import Colouring, Layer
+from splinescope.preferences import FIRST_LAYERS, Preferences, load, save
+from splinescope.view import Colouring, Layer, Selection
 from splinescope.viewer import Viewer
 
 SCANS = 60
@@ -205,16 +206,77 @@ def test_a_file_can_be_uploaded(ready: Viewer, open_window: Opener, log: Path, t
     assert ready.session.playback.count == 8
 
 
-def test_two_browsers_share_what_they_see(ready: Viewer, open_window: Opener) -> None:
+def test_one_drives_and_others_watch_until_they_take_control(ready: Viewer, open_window: Opener) -> None:
     one, two = open_window(ready.url), open_window(ready.url)
+    expect(two.page.get_by_text("You are watching")).to_be_visible()
+    expect(one.page.get_by_text("One other page watches.")).to_be_visible()
     one.page.keyboard.press("Shift+ArrowRight")
     expect(two.page.get_by_label("Jump to scan")).to_have_value("10")
+    before = two.settled()
+    two.page.keyboard.press("ArrowRight")
+    expect(two.page.get_by_text("Another page drives what all see")).to_be_visible()
+    two.page.get_by_label(Layer.BEAMS.value, exact=True).click()
+    two.page.get_by_role("button", name="Zoom in").click()
+    until(lambda: two.viewport()["metresPerPixel"] < 0.9 * before["metresPerPixel"], "a view of one's own")
+    assert ready.session.cursor == 10
+    assert Layer.BEAMS in ready.session.preferences.layers
+    two.page.keyboard.press("t")
+    expect(one.page.get_by_text("Somebody else drives now")).to_be_visible()
+    expect(one.page.get_by_role("button", name="Take control")).to_be_visible()
     two.page.keyboard.press("d")
-    until(lambda: not ready.session.preferences.dark, "a light page")
     expect(one.page.locator("html.scope-light")).to_be_attached()
     one.screenshot("workbench-light")
-    one.page.keyboard.press("d")
+    two.page.keyboard.press("d")
     until(lambda: ready.session.preferences.dark, "a dark page")
+    two.page.reload()
+    two.page.wait_for_function(READY)
+    expect(two.page.get_by_text("One other page watches.")).to_be_visible()
+    two.page.keyboard.press("Home")
+    until(lambda: ready.session.cursor == 0, "the driver to drive on after a reload")
+
+
+def test_every_setting_of_the_view_survives_a_reload(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    page = window.page
+    for key in ("Shift+ArrowRight", "j", "4", "c"):
+        page.keyboard.press(key)
+    tab(window, "Quality")
+    page.mouse.move(300, 300)
+    page.mouse.wheel(0, -300)
+    before = window.settled()
+    until(lambda: ready.session.place and ready.session.tab == "quality" and ready.session.selection, "all of it")
+    said = ready.session.remembered
+    page.reload()
+    page.wait_for_function(READY)
+    until(lambda: window.viewport()["metresPerPixel"] == pytest.approx(before["metresPerPixel"], rel=1e-3), "the place")
+    after = window.settled()
+    assert (after["x"], after["y"]) == pytest.approx((before["x"], before["y"]), abs=0.01)
+    expect(page.get_by_role("tab", name="Quality", exact=True)).to_have_attribute("aria-selected", "true")
+    expect(page.get_by_label("Jump to scan")).to_have_value("10")
+    assert ready.session.remembered.layers == said.layers
+    assert (ready.session.selection, ready.session.cursor) == (Selection("segment", 0), 10)
+    ready.post(ask.SetColouring(Colouring.SPLINE))
+    page.keyboard.press("4")
+    tab(window, "Layers")
+
+
+def test_a_link_opens_its_moment(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(f"{ready.url}/?scan=33&layers=beams,grid,splines&camera=2.5,1.5,0.012&colour=age")
+    page = window.page
+    expect(page.get_by_label("Jump to scan")).to_have_value("33")
+    view = window.settled()
+    assert (view["x"], view["y"], view["metresPerPixel"]) == pytest.approx((2.5, 1.5, 0.012), rel=1e-3)
+    assert ready.session.preferences.layers == {Layer.BEAMS, Layer.GRID, Layer.SPLINES}
+    assert ready.session.preferences.colouring is Colouring.AGE
+    assert "scan=" not in page.url
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.keyboard.press("y")
+    expect(page.get_by_text("The link is copied.")).to_be_attached()
+    link = Link.parse(page.evaluate("navigator.clipboard.readText()").partition("?")[2])
+    assert link == Link(33, ready.session.preferences.layers, pytest.approx((2.5, 1.5, 0.012), rel=1e-3), Colouring.AGE)  # pyright: ignore[reportArgumentType]
+    ready.post(ask.SetColouring(Colouring.SPLINE))
+    for layer in FIRST_LAYERS:
+        ready.post(ask.SetLayer(layer, True))
 
 
 def test_every_tab_is_opened_from_the_palette(ready: Viewer, open_window: Opener) -> None:

@@ -15,6 +15,9 @@ class PageRequest(Enum):
 
     SCRIPT = "the page's own script does it, by the id of the action"
     FIT = "show the whole map"
+    FIT_SCAN = "show the current scan"
+    TAKE_CONTROL = "drive from this page"
+    LINK = "copy a link to this moment"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from splinescope.actions.action import Action, PageRequest
+from splinescope.actions.action import Action, PageRequest, with_log
 
 TABS = ("Layers", "Scan", "Estimate", "Compare", "Quality", "Log")
 """The tabs of the side bar, from the left."""
@@ -10,6 +10,8 @@ TABS = ("Layers", "Scan", "Estimate", "Compare", "Quality", "Log")
 PAGE = (
     Action("palette", "Find an action by its name", ("Ctrl+k", "/"), PageRequest.SCRIPT),
     Action("help", "Keys and help", ("?",), PageRequest.SCRIPT),
+    Action("copy-link", "Copy a link to this moment", ("y",), PageRequest.LINK, with_log),
+    Action("take-control", "Take control of the page", ("t",), PageRequest.TAKE_CONTROL),
     Action("legend", "Open or fold the legend", ("h",), PageRequest.SCRIPT),
     *(Action(f"tab-{name.lower()}", f"Tab: {name}", (), PageRequest.SCRIPT) for name in TABS),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from splinescope.commands import FollowRobot, SetDark
+from splinescope.commands import FollowRobot, RobotUp, SetDark
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.panel import Post, on_change
 from splinescope.session import Session
@@ -16,12 +16,16 @@ class PicturePanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         ActionButton(gui, post, "fit")
         self._robot = gui.add_checkbox("Keep the robot in the middle", initial_value=False)
+        self._up = gui.add_checkbox("Robot up, not north up", initial_value=False, hint="Key U")
         self._dark = gui.add_checkbox("Dark page", initial_value=True)
+        ActionButton(gui, post, "copy-link", color="gray")
         ActionButton(gui, post, "palette", color="gray")
         ActionButton(gui, post, "help", color="gray")
         on_change(self._robot, lambda: post(FollowRobot(self._robot.value)))
+        on_change(self._up, lambda: post(RobotUp(self._up.value)))
         on_change(self._dark, lambda: post(SetDark(self._dark.value)))
 
     def refresh(self, session: Session) -> None:
         self._robot.value = session.preferences.follow_robot
+        self._up.value = session.preferences.robot_up
         self._dark.value = session.preferences.dark

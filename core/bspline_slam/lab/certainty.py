@@ -30,9 +30,11 @@ def sigmas_along(splines: SplineMap, covariances: Mapping[int, Float[np.ndarray,
     for one in splines:
         edges, _ = one.sample(LENGTH)
         middle, covariance = 0.5 * (edges[:-1] + edges[1:]), covariances.get(one.id)
-        known = covariance is not None and len(covariance) == 2 * len(one.curve.control_points)
         spline.append(np.full(len(middle), one.id))
         start.append(edges[:-1])
         end.append(edges[1:])
-        value.append(sigma_across(one.curve, covariance, middle) if known else np.full(len(middle), np.nan))
+        if covariance is None:
+            value.append(np.full(len(middle), np.nan))
+        else:
+            value.append(sigma_across(one.curve, covariance, middle))
     return Stretches(*(np.concatenate(column) for column in (spline, start, end, value)))
