@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -86,10 +87,9 @@ class Proposal:
 
 def candidates(keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], reach: float, config: LoopConfig) -> list[int]:
     """Key scans worth comparing with the last one: travelled away from since, near by, and apart from each other."""
-    travel = np.array([key.travel for key in keys])
-    away = np.hypot(*(poses[:, :2] - poses[-1, :2]).T)
-    old = travel < travel[-1] - config.least_travel
-    near = np.flatnonzero(old & (away < config.radius + reach))
+    old = bisect_left(keys, keys[-1].travel - config.least_travel, key=lambda key: key.travel)
+    away = np.hypot(*(poses[:old, :2] - poses[-1, :2]).T)
+    near = np.flatnonzero(away < config.radius + reach)
     turned = np.abs(se2.wrap(poses[near, 2] - poses[-1, 2]))
     chosen: list[int] = []
     for k in near[np.argsort(away[near] + 0.5 * turned)]:

@@ -221,7 +221,7 @@ class Slam:
         self._solved_with += len(fresh)
         if fresh and (self._disagree(fresh, poses) or self._solved_with > 20):
             self._relax()
-            moved = np.array(self._tracker.key_poses[:-1])[:, :2] - poses[:-1, :2]
+            moved = self._tracker.key_poses[:-1][:, :2] - poses[:-1, :2]
             if np.abs(moved).max(initial=0.0) > self.config.rebuild_move:
                 self._carry(poses, closed_at)
         return tuple(self._closer.closures[before:])

@@ -19,6 +19,7 @@ from bspline_slam.motion import (
     step_information,
     surprise,
 )
+from bspline_slam.rows import Rows
 from bspline_slam.scan import LaserScan
 from bspline_slam.scan_matching import (
     Match,
@@ -117,7 +118,7 @@ class Tracker:
     segmentation: SegmentationConfig
     motion: MotionConfig
     keys: list[KeyScan] = field(default_factory=list)
-    key_poses: list[Float[np.ndarray, "3"]] = field(default_factory=list)
+    key_poses: Rows = field(default_factory=Rows)
     anchors: list[tuple[int, Float[np.ndarray, "3"]]] = field(default_factory=list)
     moves: list[Float[np.ndarray, "3"]] = field(default_factory=list)
     factors: list[PoseFactor] = field(default_factory=list)
@@ -189,12 +190,12 @@ class Tracker:
         """The last key scans as one target."""
         if self._target is None:
             n = self.config.local_scans
-            self._target = gather([key.points for key in self.keys[-n:]], np.array(self.key_poses[-n:]))
+            self._target = gather([key.points for key in self.keys[-n:]], self.key_poses[-n:])
         return self._target
 
     def move(self, key_poses: Float[np.ndarray, "n 3"]) -> None:
         """Take over corrected poses of the key scans."""
-        self.key_poses = list(key_poses)
+        self.key_poses = Rows(key_poses)
         self._target = self._surroundings = None
 
     # -- steps of `track` --------------------------------------------------------------------------------------
