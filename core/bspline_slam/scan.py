@@ -46,8 +46,9 @@ class LaserScan:
 
     @property
     def resolution(self) -> float:
-        """Angle between neighbouring beams (rad)."""
-        return float(np.median(np.diff(self.bearings))) if len(self.bearings) > 1 else 0.0
+        """Angle between neighbouring beams (rad), on average."""
+        count = len(self.bearings)
+        return float((self.bearings[-1] - self.bearings[0]) / (count - 1)) if count > 1 else 0.0
 
     @property
     def directions_robot(self) -> Float[np.ndarray, "beams 2"]:

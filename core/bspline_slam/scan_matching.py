@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.icp import IcpConfig, align, icp_map
 from bspline_slam.kernels import matching as kernels
+from bspline_slam.kernels import surfaces
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import SegmentationConfig, breakpoints
 
@@ -56,12 +57,12 @@ class PointSet:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Target:
-    """World points with normals that scans are matched to, sorted into square buckets."""
+    """World points with normals that scans are matched to, sorted by square buckets; `start` has the first point of
+    each, and one entry more."""
 
     points: Float[np.ndarray, "m 2"]
     normals: Float[np.ndarray, "m 2"]
     start: Int[np.ndarray, "buckets"]
-    order: Int[np.ndarray, "m"]
     origin: Float[np.ndarray, "2"]
     shape: Int[np.ndarray, "2"]
     bucket: float
@@ -92,37 +93,36 @@ class Match:
     information: Float[np.ndarray, "3 3"]
 
 
+BUCKET = 0.15
+"""Side of the buckets (m): the widest gate of tracking, which then looks no farther than the neighbouring ones."""
 NO_PRIOR: Float[np.ndarray, "3 3"] = np.diag([1e-6, 1e-6, 1e-6])
 
 
 def point_set(scan: LaserScan, config: MatchingConfig, segmentation: SegmentationConfig) -> PointSet:
     """The valid beam ends with normals from their neighbours on the same surface."""
-    beams = np.flatnonzero(scan.valid & (scan.ranges < config.largest_range))
-    points = scan.points_robot[beams]
-    if len(beams) < 2:
-        return PointSet(points, np.zeros_like(points))
-    jumps = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, segmentation)
-    runs = np.concatenate([[0], np.cumsum(jumps)])
-    towards = points - scan.pose_robot_sensor[:2]
-    normals = kernels.normals_of_runs(points, runs, config.normal_reach, config.normal_flatness)
-    return PointSet(points, np.where((normals * towards).sum(1, keepdims=True) > 0, -normals, normals))
+    x, y, heading = scan.pose_robot_sensor.tolist()
+    farthest = min(scan.range_max, config.largest_range)
+    beams, points = surfaces.beam_ends(scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading)
+    breaks = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, segmentation)
+    normals = surfaces.normals_of_runs(points, breaks, x, y, config.normal_reach, config.normal_flatness)
+    return PointSet(points, normals)
 
 
-def gather(sets: Sequence[PointSet], poses: Float[np.ndarray, "n 3"], bucket: float = 0.3) -> Target:
+def gather(sets: Sequence[PointSet], poses: Float[np.ndarray, "n 3"], bucket: float = BUCKET) -> Target:
     """Several scans at their world poses as one target."""
     points = np.concatenate([se2.transform(pose, one.points) for one, pose in zip(sets, poses, strict=True)])
     normals = np.concatenate([se2.rotate(pose, one.normals) for one, pose in zip(sets, poses, strict=True)])
     return target(points, normals, bucket)
 
 
-def target(points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"], bucket: float = 0.3) -> Target:
-    """World points with normals, sorted for nearest-neighbour look-up within `bucket`."""
+def target(points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"], bucket: float = BUCKET) -> Target:
+    """World points with normals, sorted for nearest-neighbour look-up."""
     if len(points) == 0:
         points, normals = np.full((1, 2), 1e6), np.zeros((1, 2))
     origin = points.min(0) - bucket
     shape = np.ceil((points.max(0) - origin) / bucket).astype(np.int64) + 1
     start, order = kernels.bucket_points(points, origin, shape, bucket)
-    return Target(points, normals, start, order, origin, shape, bucket)
+    return Target(points[order], normals[order], start, origin, shape, bucket)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -193,8 +193,8 @@ def refine(
     """Point-to-line Gauss–Newton from `guess` (Cauchy kernel), held by a Gaussian prior where the walls leave it
     free."""
     pose, information, inliers, rms = kernels.refine(
-        scan.points, scan.normals, target.points, target.normals, target.start, target.order, target.origin,
-        target.shape, target.bucket, guess, guess if prior is None else prior, prior_information, config.sigma,
+        scan.points, scan.normals, target.points, target.normals, target.start, target.origin, target.shape,
+        target.bucket, guess, guess if prior is None else prior, prior_information, config.sigma,
         np.array(gates or config.gates), config.inlier_gate,
     )  # fmt: skip
     pose[2] = se2.wrap(pose[2])

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from bspline_slam.kernels import surfaces
 from bspline_slam.scan import LaserScan
 
 
@@ -82,15 +83,12 @@ def breakpoints(
 ) -> Bool[np.ndarray, "m-1"]:
     """Whether the surface breaks between beams j and j+1 (Borges & Aldon 2004, eq. 8, with slack), or leaps: a gap of
     more than `leap` and `leap_ratio` times those beside it."""
-    turn = np.diff(bearings)
-    near = np.minimum(ranges[:-1], ranges[1:])
-    far = np.maximum(ranges[:-1], ranges[1:])
-    gap = np.sqrt(near**2 + far**2 - 2 * near * far * np.cos(turn))
-    flattest = np.maximum(config.incidence - np.minimum(turn, 0.8 * config.incidence), 0.02)
-    allowed = near * np.sin(turn) / np.sin(flattest) + 3 * config.range_noise + config.slack
-    around = np.pad(gap, 1, mode="edge")
-    leap = (gap > config.leap) & (gap > config.leap_ratio * np.maximum(around[:-2], around[2:]))
-    return (gap > allowed) | leap | (turn > (config.bridged_beams + 1.5) * resolution)
+    if len(ranges) < 2:
+        return np.zeros(0, dtype=bool)
+    return surfaces.breakpoints(
+        ranges, bearings, config.incidence, 3 * config.range_noise + config.slack, config.leap, config.leap_ratio,
+        (config.bridged_beams + 1.5) * resolution,
+    )  # fmt: skip
 
 
 def corner_points(

@@ -10,47 +10,6 @@ STILL = 1e-5
 
 
 @njit(cache=True)
-def normals_of_runs(points, runs, reach, turn_limit):
-    """Unit normals towards the sensor by principal axes of up to `reach` neighbours each side in the same run.
-
-    A normal is (0, 0) where fewer than three points stand in one run or they do not lie along a line.
-    """
-    n = len(points)
-    out = np.zeros((n, 2))
-    for i in range(n):
-        mx = my = 0.0
-        count = 0
-        for j in range(max(0, i - reach), min(n, i + reach + 1)):
-            if runs[j] == runs[i]:
-                mx += points[j, 0]
-                my += points[j, 1]
-                count += 1
-        if count < 3:
-            continue
-        mx /= count
-        my /= count
-        xx = xy = yy = 0.0
-        for j in range(max(0, i - reach), min(n, i + reach + 1)):
-            if runs[j] == runs[i]:
-                dx = points[j, 0] - mx
-                dy = points[j, 1] - my
-                xx += dx * dx
-                xy += dx * dy
-                yy += dy * dy
-        angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
-        spread = math.sqrt((xx - yy) ** 2 + 4.0 * xy * xy)
-        large, small = 0.5 * (xx + yy + spread), 0.5 * (xx + yy - spread)
-        if small > turn_limit * large:
-            continue
-        nx, ny = -math.sin(angle), math.cos(angle)
-        if nx * points[i, 0] + ny * points[i, 1] > 0.0:
-            nx, ny = -nx, -ny
-        out[i, 0] = nx
-        out[i, 1] = ny
-    return out
-
-
-@njit(cache=True)
 def thin(points, cell):
     """Indices of points such that no two kept neighbours in order are nearer than `cell`."""
     keep = np.empty(len(points), np.int64)
@@ -198,25 +157,36 @@ def bucket_points(points, origin, shape, cell):
 
 
 @njit(cache=True)
-def nearest_facing(x, y, nx, ny, target, normals, start, order, origin, shape, cell, gate, agree):
-    """Nearest target point within `gate` whose normal agrees with (nx, ny) (any normal if that is zero); −1 if none."""
+def nearest_facing(x, y, nx, ny, target, normals, start, origin, shape, cell, gate, agree):
+    """Nearest target point within `gate` whose normal agrees with (nx, ny) (any normal if that is zero); −1 if none.
+
+    Points are sorted by bucket, so those of neighbouring buckets of one row follow each other.
+    """
     rows, columns = shape[0], shape[1]
-    ci = int(math.floor((x - origin[0]) / cell))
-    cj = int(math.floor((y - origin[1]) / cell))
+    reach = int(math.ceil(gate / cell))
+    u, v = (x - origin[0]) / cell, (y - origin[1]) / cell
+    ci, cj = int(math.floor(u)), int(math.floor(v))
+    first, last = max(cj - reach, 0), min(cj + reach, columns - 1)
     best = gate * gate
     found = -1
-    for i in range(max(ci - 1, 0), min(ci + 2, rows)):
-        for j in range(max(cj - 1, 0), min(cj + 2, columns)):
-            b = i * columns + j
-            for s in range(start[b], start[b + 1]):
-                k = order[s]
-                dx, dy = x - target[k, 0], y - target[k, 1]
-                d = dx * dx + dy * dy
-                if d < best:
-                    dot = nx * normals[k, 0] + ny * normals[k, 1]
-                    if dot > agree or (nx == 0.0 and ny == 0.0):
-                        best = d
-                        found = k
+    if first > last:
+        return found
+    for o in range(2 * reach + 1):
+        aside = (o + 1) // 2
+        i = ci + aside if o % 2 else ci - aside
+        if i < 0 or i >= rows:
+            continue
+        off = 0.0 if aside == 0 else (cell * (i - u) if o % 2 else cell * (u - i - 1))
+        if off * off >= best:
+            continue
+        for k in range(start[i * columns + first], start[i * columns + last + 1]):
+            dx, dy = x - target[k, 0], y - target[k, 1]
+            d = dx * dx + dy * dy
+            if d < best:
+                dot = nx * normals[k, 0] + ny * normals[k, 1]
+                if dot > agree or (nx == 0.0 and ny == 0.0):
+                    best = d
+                    found = k
     return found
 
 
@@ -239,7 +209,7 @@ def _solve3(A, b):
 
 @njit(cache=True)
 def refine(
-    points, point_normals, target, normals, start, order, origin, shape, cell,
+    points, point_normals, target, normals, start, origin, shape, cell,
     pose, prior, prior_information, sigma, gates, inlier_gate,
 ):  # fmt: skip
     """Point-to-line Gauss–Newton with a Cauchy kernel (scale 2σ) and a Gaussian prior on the pose.
@@ -266,7 +236,7 @@ def refine(
             wx, wy = x + c * px - s * py, y + s * px + c * py
             nx = c * point_normals[k, 0] - s * point_normals[k, 1]
             ny = s * point_normals[k, 0] + c * point_normals[k, 1]
-            f = nearest_facing(wx, wy, nx, ny, target, normals, start, order, origin, shape, cell, max(gate, 0.1), 0.6)
+            f = nearest_facing(wx, wy, nx, ny, target, normals, start, origin, shape, cell, max(gate, 0.1), 0.6)
             if f < 0:
                 continue
             tx, ty = normals[f, 0], normals[f, 1]

@@ -1,0 +1,88 @@
+"""Compiled inner loops over the beams of one scan: their ends, where the surface breaks, and its normals."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def beam_ends(ranges, bearings, nearest, farthest, x, y, heading):
+    """Beams that hit something between `nearest` and `farthest`, and their ends (m, 2); sensor at (x, y, heading)."""
+    beams = np.empty(len(ranges), np.int64)
+    points = np.empty((len(ranges), 2))
+    m = 0
+    for k in range(len(ranges)):
+        reach = ranges[k]
+        if nearest < reach < farthest:
+            beams[m] = k
+            points[m, 0] = x + reach * math.cos(bearings[k] + heading)
+            points[m, 1] = y + reach * math.sin(bearings[k] + heading)
+            m += 1
+    return beams[:m], points[:m]
+
+
+@njit(cache=True)
+def breakpoints(ranges, bearings, incidence, allowance, leap, leap_ratio, widest):
+    """Whether the surface breaks between neighbouring kept beams (Borges & Aldon 2004, eq. 8, with an allowance, m), or
+    leaps: a gap of more than `leap` and `leap_ratio` times those beside it; beams `widest` (rad) apart always break."""
+    m = len(ranges)
+    gap = np.empty(m - 1)
+    out = np.empty(m - 1, np.bool_)
+    for j in range(m - 1):
+        turn = bearings[j + 1] - bearings[j]
+        a, b = ranges[j], ranges[j + 1]
+        gap[j] = math.sqrt(a * a + b * b - 2.0 * a * b * math.cos(turn))
+        flattest = max(incidence - min(turn, 0.8 * incidence), 0.02)
+        allowed = min(a, b) * math.sin(turn) / math.sin(flattest) + allowance
+        out[j] = gap[j] > allowed or turn > widest
+    for j in range(m - 1):
+        around = max(gap[max(j - 1, 0)], gap[min(j + 1, m - 2)])
+        if gap[j] > leap and gap[j] > leap_ratio * around:
+            out[j] = True
+    return out
+
+
+@njit(cache=True)
+def normals_of_runs(points, breaks, x, y, reach, turn_limit):
+    """Unit normals towards (x, y) by principal axes of up to `reach` neighbours each side on the same surface.
+
+    `breaks` says whether the surface breaks after each point but the last. A normal is (0, 0) where fewer than three
+    points stand on one surface or they do not lie along a line.
+    """
+    n = len(points)
+    out = np.zeros((n, 2))
+    for i in range(n):
+        first = i
+        while first > max(0, i - reach) and not breaks[first - 1]:
+            first -= 1
+        last = i
+        while last < min(n - 1, i + reach) and not breaks[last]:
+            last += 1
+        count = last + 1 - first
+        if count < 3:
+            continue
+        mx = my = 0.0
+        for j in range(first, last + 1):
+            mx += points[j, 0]
+            my += points[j, 1]
+        mx /= count
+        my /= count
+        xx = xy = yy = 0.0
+        for j in range(first, last + 1):
+            dx = points[j, 0] - mx
+            dy = points[j, 1] - my
+            xx += dx * dx
+            xy += dx * dy
+            yy += dy * dy
+        spread = math.sqrt((xx - yy) ** 2 + 4.0 * xy * xy)
+        large, small = 0.5 * (xx + yy + spread), 0.5 * (xx + yy - spread)
+        if small > turn_limit * large:
+            continue
+        angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
+        nx, ny = -math.sin(angle), math.cos(angle)
+        if nx * (points[i, 0] - x) + ny * (points[i, 1] - y) > 0.0:
+            nx, ny = -nx, -ny
+        out[i, 0] = nx
+        out[i, 1] = ny
+    return out
