@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from bspline_slam.kernels import explaining
 from bspline_slam.relation import Relation
 
 
@@ -117,66 +117,22 @@ class Piece:
 def cut_into_pieces(seen: Explanation, config: AssociationConfig) -> list[Piece]:
     """Cut one segment where the spline that explains it changes, the best explanation first; pieces in order,
     without gaps."""
-    pieces = list(_explain(seen, 0, len(seen.spline), config))
-    pieces.sort(key=lambda piece: piece.a)
-    merged: list[Piece] = []
-    for piece in pieces:
-        if merged and merged[-1].spline == piece.spline and merged[-1].b == piece.a:
-            merged[-1] = Piece(merged[-1].a, piece.b, piece.spline)
-        else:
-            merged.append(piece)
-    return merged
+    rows = explaining.pieces(seen.spline, seen.across, config.least_points, NEARLY, HOLE).tolist()
+    return [Piece(a, b, spline if spline >= 0 else None) for a, b, spline in rows]
 
 
-def _explain(seen: Explanation, a: int, b: int, config: AssociationConfig) -> Iterator[Piece]:
-    """The spline that explains most of points a … b − 1, then the same for what is left on both sides of it."""
-    if a >= b:
-        return
-    ids, counts = np.unique(seen.spline[a:b], return_counts=True)
-    counts = np.where(ids < 0, 0, counts)
-    if not len(ids) or counts.max() < config.least_points:
-        yield Piece(a, b, None)
-        return
-    best = _closest_of_most(seen.part(a, b), ids, counts)
-    explained = seen.of(best)[0][a:b]
-    run = _longest_run(explained)
-    if explained[run[0] : run[1]].sum() < config.least_points:
-        yield Piece(a, b, None)
-        return
-    yield from _explain(seen, a, a + run[0], config)
-    yield Piece(a + run[0], a + run[1], best)
-    yield from _explain(seen, a + run[1], b, config)
-
-
-def _closest_of_most(seen: Explanation, ids: Int[np.ndarray, "s"], counts: Int[np.ndarray, "s"]) -> int:
-    """Among the splines that explain nearly as many points as the best, the one that lies closest."""
-    near = ids[counts >= 0.8 * counts.max()]
-    if len(near) == 1:
-        return int(near[0])
-    rms = []
-    for spline in near:
-        explained, _, across = seen.of(int(spline))
-        rms.append(np.sqrt(np.mean(across[explained] ** 2)))
-    return int(near[int(np.argmin(rms))])
-
-
-def _longest_run(explained: Bool[np.ndarray, "m"], hole: int = 1) -> tuple[int, int]:
-    """Longest stretch of explained points, holes of up to `hole` points bridged."""
-    where = np.flatnonzero(explained)
-    cuts = np.flatnonzero(np.diff(where) > hole + 1)
-    starts = where[np.concatenate([[0], cuts + 1])]
-    ends = where[np.concatenate([cuts, [len(where) - 1]])] + 1
-    longest = int(np.argmax(ends - starts))
-    return int(starts[longest]), int(ends[longest])
+NEARLY = 0.8
+"""Of splines that explain at least this share as many points as the best, the one that lies closest is taken."""
+HOLE = 1
+"""So many unexplained points in a row do not end a stretch."""
 
 
 def candidates_of(seen: Explanation) -> tuple[Candidate, ...]:
     """All splines near a piece, those that explain most of it first, ties by distance."""
-    out = []
-    for spline in np.unique(seen.spline):
-        if spline < 0:
-            continue
-        explained, _, across = seen.of(int(spline))
-        rms = float(np.sqrt(np.mean(across[explained] ** 2)))
-        out.append(Candidate(int(spline), rms, float(explained.mean())))
+    count = len(seen.spline)
+    found = explaining.tally(seen.spline, seen.across, 0, count)
+    out = [
+        Candidate(spline, (squares / hits) ** 0.5, hits / count)
+        for spline, hits, squares in zip(*(column.tolist() for column in found), strict=True)
+    ]
     return tuple(sorted(out, key=lambda c: (-round(c.overlap, 1), c.distance)))

@@ -10,14 +10,19 @@ from jaxtyping import Float
 
 from bspline_slam.association import AssociationConfig
 from bspline_slam.bspline import BSpline
-from bspline_slam.fitting import FittingConfig, cumulated_chords, second_differences
+from bspline_slam.fitting import FittingConfig, cumulated_chords
+from bspline_slam.kernels import fitting as kernels
+from bspline_slam.kernels.basis import basis_rows
 from bspline_slam.spline_map import MapSpline
+
+GROWN_STIFFNESS = 0.05
+"""Weight of second differences of control points where a curve is lengthened."""
 
 
 def largest_distance(curve: BSpline, span: tuple[float, float], points: Float[np.ndarray, "m 2"]) -> float:
     """Largest distance of points to a stretch of curve, to the nearest centimetre of arc (m)."""
     _, samples = curve.sample(0.01, span)
-    return float(np.sqrt(((points[:, None] - samples[None]) ** 2).sum(-1).min(1).max()))
+    return float(kernels.largest_distance(points, samples))
 
 
 def sparse_cuts(points: Float[np.ndarray, "m 2"], config: AssociationConfig) -> list[int]:
@@ -77,17 +82,11 @@ def lengthened(
     t_new = high + cumulated_chords(np.concatenate([end[None], points]))[1:]
     reach = float(t_new[-1])
     grown = curve.extended(after=max(int(np.ceil((reach - curve.domain[1]) / spacing - 1e-9)), 0))
-    free = np.flatnonzero(grown.knots[np.arange(len(grown.control_points)) + grown.degree + 1] > high - 1e-9)
+    fixed = int(np.searchsorted(grown.knots[grown.degree + 1 :], high - 1e-9, side="right"))
     t_old = np.linspace(max(low, high - 3 * spacing), high, 16)
-    B = grown.basis(np.concatenate([t_old, t_new]))
-    right = np.concatenate([curve(t_old), points])
-    D = second_differences(len(grown.control_points)) * 0.05
-    D = D[(D[:, free] != 0).any(1)]
-    fixed = np.setdiff1d(np.arange(len(grown.control_points)), free)
-    c = grown.control_points.copy()
-    M = np.concatenate([B[:, free], D[:, free]])
-    y = np.concatenate([right - B[:, fixed] @ c[fixed], -D[:, fixed] @ c[fixed]])
-    c[free] = np.linalg.lstsq(M, y, rcond=None)[0]
+    first, basis = basis_rows(grown.knots, grown.degree, np.concatenate([t_old, t_new]), 0)
+    shape = np.concatenate([curve(t_old), points])
+    c = kernels.control_points(first, basis, shape, grown.control_points, fixed, GROWN_STIFFNESS)
     return grown.with_control_points(c), (low, reach)
 
 

@@ -65,10 +65,6 @@ class OdometryCalibration:
         prior = (config.distrust if self.distrusted else config.trust) * np.eye(3)
         return np.linalg.solve(self.gram + prior, self.moment + prior).T
 
-    def corrected(self, step: Float[np.ndarray, "3"], config: MotionConfig) -> Float[np.ndarray, "3"]:
-        """An odometry step with the learnt bias taken out."""
-        return self.matrix(config) @ step
-
     def learned(
         self, step: Float[np.ndarray, "3"], matched: Float[np.ndarray, "3"], config: MotionConfig
     ) -> OdometryCalibration:
@@ -146,17 +142,15 @@ def _squares(
 
 
 def guesses(
-    odometry_step: Float[np.ndarray, "3"] | None,
+    wheels: tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]] | None,
     last_step: Float[np.ndarray, "3"],
-    calibration: OdometryCalibration,
     config: MotionConfig,
     *,
     believed: bool,
 ) -> tuple[Float[np.ndarray, "3"], ...]:
-    """Steps worth trying, the most trusted first: odometry (calibrated, raw), the motion before damped, going on, and
+    """Steps worth trying, the most trusted first: `wheels` (odometry calibrated and raw), the motion before damped, going on, and
     standing still; odometry last where it is not to be believed."""
     plain = (config.momentum * last_step, last_step, se2.IDENTITY)
-    if odometry_step is None:
+    if wheels is None:
         return plain
-    wheels = (calibration.corrected(odometry_step, config), odometry_step)
     return (*wheels, *plain[1:]) if believed else (*plain, *wheels)

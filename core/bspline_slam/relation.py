@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from bspline_slam.bspline import BSpline, clamped_between, clamped_knots
 from bspline_slam.errors import GeometryError
-from bspline_slam.fitting import FittingConfig, chord_length_parameters, cumulated_chords, fit_parameters
+from bspline_slam.fitting import FittingConfig, chord_length_parameters, cumulated_chords, curve_through
 
 
 class Relation(Enum):
@@ -118,7 +118,7 @@ def extended(
     old_t, old = curve.sample(spacing)
     every_t, every = np.concatenate([old_t, t[~on]]), np.concatenate([old, points[~on]])
     knots = clamped_between(min(low, relation.span[0]), max(high, relation.span[1]), count, curve.degree)
-    return fit_parameters(every, every_t, knots, fitting).curve
+    return curve_through(every, every_t, knots, fitting)
 
 
 def bearings_along(points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
@@ -190,5 +190,5 @@ def _length_beyond(points: Float[np.ndarray, "m 2"], bearing: float, is_start: b
     sense = 1.0 if along[-1] >= along[0] else -1.0
     share = np.interp(sense * bearing, np.maximum.accumulate(sense * along), chord_length_parameters(points))
     count = max(4, min(len(points) // 3, int(cumulated_chords(points)[-1] / 0.4) + 3))
-    smooth = fit_parameters(points, chord_length_parameters(points), clamped_knots(count), FittingConfig()).curve
+    smooth = curve_through(points, chord_length_parameters(points), clamped_knots(count), FittingConfig())
     return smooth.length((0.0, float(share)) if is_start else (float(share), 1.0))

@@ -103,6 +103,8 @@ def point_set(scan: LaserScan, config: MatchingConfig, segmentation: Segmentatio
     x, y, heading = scan.pose_robot_sensor.tolist()
     farthest = min(scan.range_max, config.largest_range)
     beams, points = surfaces.beam_ends(scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading)
+    if len(beams) < 2:
+        return PointSet(points, np.zeros_like(points))
     breaks = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, segmentation)
     normals = surfaces.normals_of_runs(points, breaks, x, y, config.normal_reach, config.normal_flatness)
     return PointSet(points, normals)

@@ -52,18 +52,22 @@ def inverse(a: Pose) -> Pose:
     return out
 
 
+def _wrap_one(angle: float) -> float:
+    return -((-angle + math.pi) % (2 * math.pi) - math.pi)
+
+
 def _compose_one(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
     """compose of two single poses: ten times faster than by array operations."""
     (x, y, theta), (dx, dy, turn) = a.tolist(), b.tolist()
     c, s = math.cos(theta), math.sin(theta)
-    return np.array([x + c * dx - s * dy, y + s * dx + c * dy, math.pi - (math.pi - theta - turn) % math.tau])
+    return np.array([x + c * dx - s * dy, y + s * dx + c * dy, _wrap_one(theta + turn)])
 
 
 def _inverse_one(a: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
     """inverse of a single pose."""
     x, y, theta = a.tolist()
     c, s = math.cos(theta), math.sin(theta)
-    return np.array([-c * x - s * y, s * x - c * y, math.pi - (math.pi + theta) % math.tau])
+    return np.array([-c * x - s * y, s * x - c * y, _wrap_one(-theta)])
 
 
 def between(a: Pose, b: Pose) -> Pose:

@@ -83,8 +83,6 @@ def breakpoints(
 ) -> Bool[np.ndarray, "m-1"]:
     """Whether the surface breaks between beams j and j+1 (Borges & Aldon 2004, eq. 8, with slack), or leaps: a gap of
     more than `leap` and `leap_ratio` times those beside it."""
-    if len(ranges) < 2:
-        return np.zeros(0, dtype=bool)
     return surfaces.breakpoints(
         ranges, bearings, config.incidence, 3 * config.range_noise + config.slack, config.leap, config.leap_ratio,
         (config.bridged_beams + 1.5) * resolution,

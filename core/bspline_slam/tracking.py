@@ -125,6 +125,7 @@ class Tracker:
     calibration: OdometryCalibration = field(default_factory=OdometryCalibration)
     unexplained: Unexplained = field(init=False)
     _judged: tuple[int, Float[np.ndarray, "3"] | None] = (0, None)
+    _unbiased: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
     _matched: int = 0
     _ranges: Float[np.ndarray, "beams"] = field(default_factory=lambda: np.zeros(0))
     _odometry: Float[np.ndarray, "3"] | None = None
@@ -146,7 +147,8 @@ class Tracker:
         previous = self._tracked(self._matched)
         wheels = None if odometry is None or self._odometry is None else se2.between(self._odometry, odometry)
         believed = wheels is not None and self.unexplained.fits
-        tries = guesses(wheels, self._last_step, self.calibration, self.motion, believed=believed)
+        steps = None if wheels is None else (self._unbiased @ wheels, wheels)
+        tries = guesses(steps, self._last_step, self.motion, believed=believed)
         predicted = se2.compose(previous, tries[0])
         if wheels is not None and believed and self._still(wheels) and self._unchanged(scan):
             self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], predicted)))
@@ -229,13 +231,16 @@ class Tracker:
             self._judged = (now, odometry)
             return
         made = se2.between(self._tracked(since), self._tracked(now))
-        wheels = self.calibration.corrected(se2.between(before, odometry), self.motion)
+        wheels = self._unbiased @ se2.between(before, odometry)
         if self._counts(made) or self._counts(wheels):
             seen = turned(match.information / self.config.widening, -match.pose[2])
             self.unexplained = self.unexplained.learned(wheels, made, seen, self.motion)
             self._judged = (now, odometry)
             if not self.unexplained.fits:
-                self.calibration = replace(self.calibration, distrusted=True)
+                self._calibrate(replace(self.calibration, distrusted=True))
+
+    def _calibrate(self, calibration: OdometryCalibration) -> None:
+        self.calibration, self._unbiased = calibration, calibration.matrix(self.motion)
 
     def _counts(self, step: Float[np.ndarray, "3"]) -> bool:
         return bool(np.hypot(step[0], step[1]) > self.motion.judged_distance or abs(step[2]) > self.motion.judged_turn)
@@ -314,7 +319,7 @@ class Tracker:
             self.moves.append(moved)
             self.factors.extend(self._factors(moved, wheels, match))
             if match is not None and wheels is not None:
-                self.calibration = self.calibration.learned(wheels, moved, self.motion)
+                self._calibrate(self.calibration.learned(wheels, moved, self.motion))
         self.keys.append(KeyScan(scan.index, points, travel))
         self.key_poses.append(pose)
         self.anchors.append((len(self.keys) - 1, np.zeros(3)))
@@ -329,7 +334,7 @@ class Tracker:
         i, j = len(self.keys) - 1, len(self.keys)
         out = []
         if wheels is not None and self.unexplained.fits:
-            step = self.calibration.corrected(wheels, self.motion)
+            step = self._unbiased @ wheels
             information = step_information(step, self.motion)
             if match is None or surprise(se2.between(step, moved), information) < self.config.wheel_gate:
                 out.append(PoseFactor(i, j, step, square_root(information), "odometry"))

@@ -12,7 +12,7 @@ from bspline_slam import se2
 from bspline_slam.association import Association, Piece, Verdict
 from bspline_slam.bspline import BSpline, clamped_between
 from bspline_slam.errors import GeometryError
-from bspline_slam.fitting import FittingConfig, cumulated_chords, fit_parameters
+from bspline_slam.fitting import FittingConfig, cumulated_chords, curve_through
 from bspline_slam.models.protocol import GrowingMap, SeenBeams, Sight
 from bspline_slam.observation import ChordLengthNoise, SplineObservation, chord_length
 from bspline_slam.relation import Relation, RelationConfig, SplineRelation, extended, relate
@@ -64,7 +64,7 @@ class ChordLength:
         t = cumulated_chords(points)
         count = max(min(self.config.control_points, len(points) // 2), self.fitting.degree + 1)
         knots = clamped_between(0.0, float(t[-1]), count, self.fitting.degree)
-        return fit_parameters(points, t, knots, self.fitting).curve
+        return curve_through(points, t, knots, self.fitting)
 
     def plainest(self, points: Float[np.ndarray, "m 2"], tolerance: float) -> BSpline:
         """The number of control points being fixed, the one curve that there is, whatever the tolerance."""
@@ -74,7 +74,7 @@ class ChordLength:
         """Derived again: the stretch has all control points to itself then."""
         count = len(curve.control_points)
         t = np.linspace(*span, RESAMPLED * count)
-        return fit_parameters(curve(t), t, clamped_between(*span, count, curve.degree), self.fitting).curve
+        return curve_through(curve(t), t, clamped_between(*span, count, curve.degree), self.fitting)
 
     def take_in(self, growing: GrowingMap, sight: Sight, pieces: Sequence[Piece]) -> list[Association]:
         """All that a segment shows of a spline, beams beyond its ends included, is one observation: full, part, or
