@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from bspline_slam.association import AssociationConfig
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import FittingConfig, cumulated_chords
 from bspline_slam.kernels import fitting as kernels
+from bspline_slam.kernels import surfaces
 from bspline_slam.kernels.basis import basis_rows
 from bspline_slam.spline_map import MapSpline
 
@@ -53,12 +54,12 @@ def smooth_cuts(
     return [*left, *(cut + k for k in right[1:])]
 
 
-def left_normals(points: Float[np.ndarray, "m 2"], reach: int = 3) -> Float[np.ndarray, "m 2"]:
-    """Unit normals of a polygon, its chord over ±`reach` points turned left (towards the robot, for a segment)."""
-    index = np.arange(len(points))
-    chord = points[np.minimum(index + reach, len(points) - 1)] - points[np.maximum(index - reach, 0)]
-    chord = chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12)
-    return np.stack([-chord[:, 1], chord[:, 0]], -1)
+def left_normals(
+    points: Float[np.ndarray, "m 2"], sizes: Int[np.ndarray, "k"], reach: int = 3
+) -> Float[np.ndarray, "m 2"]:
+    """Unit normals of polygons stacked, of `sizes` points: the chord over ±`reach` points turned left (towards the
+    robot, for a segment)."""
+    return surfaces.chord_normals(points, sizes, reach)
 
 
 def lengthened(

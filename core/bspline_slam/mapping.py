@@ -112,12 +112,11 @@ class MapBuilder:
 
     def _explain(self, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]) -> list[Explanation]:
         """For each segment the splines near each of its points."""
-        points = se2.transform(pose, np.concatenate([s.points for s in segments]))
-        normals = se2.rotate(pose, np.concatenate([left_normals(s.points) for s in segments]))
-        found = self.near(points, normals)
-        cuts = np.cumsum([len(s.points) for s in segments])[:-1]
-        parts = zip(*(np.split(column, cuts) for column in (found.spline, found.t, found.across)), strict=True)
-        return [Explanation(*part) for part in parts]
+        points, sizes = np.concatenate([s.points for s in segments]), np.array([len(s.points) for s in segments])
+        normals = left_normals(points, sizes)
+        found = self.near(se2.transform(pose, points), se2.rotate(pose, normals))
+        ends = np.cumsum(sizes)
+        return [found.part(a, b) for a, b in zip((ends - sizes).tolist(), ends.tolist(), strict=True)]
 
     def near(self, points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"]) -> Explanation:
         """The splines that explain each world point, nearest first."""

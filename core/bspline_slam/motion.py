@@ -125,7 +125,7 @@ class Unexplained:
         they leave open, a match only repeats what it was told, which is no evidence."""
         noise = np.array([0.5 * config.judged_distance, 0.5 * config.judged_turn])
         place = seen[:2, :2]
-        determined = np.linalg.solve(place + np.eye(2) / config.position**2, place)
+        determined = place @ np.linalg.inv(place + np.eye(2) / config.position**2)
         off = se2.between(made, wheels)
         motion = _squares(determined, se2.rotate(se2.inverse(made), made[:2]), made[2]) + noise**2
         squares = np.minimum(_squares(determined, off[:2], off[2]), 4.0 * motion)
@@ -148,8 +148,8 @@ def guesses(
     *,
     believed: bool,
 ) -> tuple[Float[np.ndarray, "3"], ...]:
-    """Steps worth trying, the most trusted first: `wheels` (odometry calibrated and raw), the motion before damped, going on, and
-    standing still; odometry last where it is not to be believed."""
+    """Steps worth trying, the most trusted first: `wheels` (odometry calibrated and raw), the motion before, damped
+    and going on, and standing still; odometry last where it is not to be believed."""
     plain = (config.momentum * last_step, last_step, se2.IDENTITY)
     if wheels is None:
         return plain

@@ -112,19 +112,25 @@ def point_set(scan: LaserScan, config: MatchingConfig, segmentation: Segmentatio
 
 def gather(sets: Sequence[PointSet], poses: Float[np.ndarray, "n 3"], bucket: float = BUCKET) -> Target:
     """Several scans at their world poses as one target."""
-    points = np.concatenate([se2.transform(pose, one.points) for one, pose in zip(sets, poses, strict=True)])
-    normals = np.concatenate([se2.rotate(pose, one.normals) for one, pose in zip(sets, poses, strict=True)])
-    return target(points, normals, bucket)
+    points, normals = np.concatenate([one.points for one in sets]), np.concatenate([one.normals for one in sets])
+    return _target(points, normals, np.array([len(one.points) for one in sets]), poses, bucket)
 
 
 def target(points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"], bucket: float = BUCKET) -> Target:
     """World points with normals, sorted for nearest-neighbour look-up."""
+    return _target(points, normals, np.array([len(points)]), np.zeros((1, 3)), bucket)
+
+
+def _target(
+    points: Float[np.ndarray, "m 2"],
+    normals: Float[np.ndarray, "m 2"],
+    sizes: Int[np.ndarray, "n"],
+    poses: Float[np.ndarray, "n 3"],
+    bucket: float,
+) -> Target:
     if len(points) == 0:
-        points, normals = np.full((1, 2), 1e6), np.zeros((1, 2))
-    origin = points.min(0) - bucket
-    shape = np.ceil((points.max(0) - origin) / bucket).astype(np.int64) + 1
-    start, order = kernels.bucket_points(points, origin, shape, bucket)
-    return Target(points[order], normals[order], start, origin, shape, bucket)
+        points, normals, sizes, poses = np.full((1, 2), 1e6), np.zeros((1, 2)), np.ones(1, dtype=int), np.zeros((1, 3))
+    return Target(*kernels.gather(points, normals, sizes, poses, bucket), bucket)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

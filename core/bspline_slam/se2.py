@@ -22,6 +22,9 @@ def wrap(angle: Float[np.ndarray, "*#batch"] | float) -> Float[np.ndarray, "*#ba
 
 def rotation(angle: Float[np.ndarray, "*#batch"] | float) -> Float[np.ndarray, "*#batch 2 2"]:
     """Rotation matrices R(θ)."""
+    if np.ndim(angle) == 0:
+        cosine, sine = math.cos(float(angle)), math.sin(float(angle))
+        return np.array([[cosine, -sine], [sine, cosine]])
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
 
@@ -78,6 +81,8 @@ def between(a: Pose, b: Pose) -> Pose:
 def transform(a: Pose, points: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarray, "*#batch 2"]:
     """Points given in frame a, in the frame that a is given in. `a` is one pose or one per point."""
     a, points = np.asarray(a, dtype=float), np.asarray(points, dtype=float)
+    if a.ndim == 1:
+        return points @ rotation(a[2]).T + a[:2]
     c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
     x, y = points[..., 0], points[..., 1]
     out = np.empty((*np.broadcast_shapes(a.shape[:-1], points.shape[:-1]), 2))
@@ -88,6 +93,8 @@ def transform(a: Pose, points: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarr
 
 def rotate(a: Pose, vectors: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarray, "*#batch 2"]:
     """Directions given in frame a, in the frame that a is given in."""
+    if np.ndim(a) == 1:
+        return np.asarray(vectors, dtype=float) @ rotation(a[2]).T
     turn = np.array(a, dtype=float)
     turn[..., :2] = 0.0
     return transform(turn, vectors)

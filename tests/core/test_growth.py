@@ -84,4 +84,4 @@ def test_a_run_is_cut_where_beams_are_sparse_but_not_where_a_far_wall_makes_them
 def test_normals_of_a_segment_point_at_the_robot() -> None:
     angle = np.linspace(-1.0, 1.0, 40)
     points = 3.0 * np.stack([np.cos(angle), np.sin(angle)], -1)
-    assert ((left_normals(points) * -points).sum(1) > 0).all()
+    assert ((left_normals(points, np.array([len(points)])) * -points).sum(1) > 0).all()

@@ -80,9 +80,8 @@ def test_directions_turn_but_do_not_move(a: np.ndarray, vectors: np.ndarray) -> 
 @given(st.lists(POSES, min_size=1, max_size=5), POSES)
 def test_a_stack_of_poses_is_treated_one_by_one(rows: list[np.ndarray], b: np.ndarray) -> None:
     stack = np.array(rows)
-    composed, inverted = (
-        np.array([one(row) for row in rows]) for one in (lambda row: se2.compose(row, b), se2.inverse)
-    )
+    composed = np.array([se2.compose(row, b) for row in rows])
+    inverted = np.array([se2.inverse(row) for row in rows])
     np.testing.assert_allclose(se2.between(composed, se2.compose(stack, b)), 0.0, atol=1e-9)
     np.testing.assert_allclose(se2.between(inverted, se2.inverse(stack)), 0.0, atol=1e-9)
 

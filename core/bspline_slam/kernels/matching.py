@@ -162,6 +162,32 @@ def bucket_points(points, origin, shape, cell):
 
 
 @njit(cache=True)
+def gather(points, normals, sizes, poses, cell):
+    """Points and normals of several scans, `sizes[k]` from each, put into the world and sorted by square buckets.
+
+    Returns them with the start of each bucket, the corner of the first one, and how many rows and columns there are.
+    """
+    n = len(points)
+    placed, across = np.empty((n, 2)), np.empty((n, 2))
+    k = 0
+    for one in range(len(sizes)):
+        x, y = poses[one, 0], poses[one, 1]
+        c, s = math.cos(poses[one, 2]), math.sin(poses[one, 2])
+        for _ in range(sizes[one]):
+            placed[k, 0] = x + c * points[k, 0] - s * points[k, 1]
+            placed[k, 1] = y + s * points[k, 0] + c * points[k, 1]
+            across[k, 0] = c * normals[k, 0] - s * normals[k, 1]
+            across[k, 1] = s * normals[k, 0] + c * normals[k, 1]
+            k += 1
+    origin = np.array([placed[:, 0].min() - cell, placed[:, 1].min() - cell])
+    shape = np.empty(2, np.int64)
+    for d in range(2):
+        shape[d] = int(math.ceil((placed[:, d].max() - origin[d]) / cell)) + 1
+    start, order = bucket_points(placed, origin, shape, cell)
+    return placed[order], across[order], start, origin, shape
+
+
+@njit(cache=True)
 def nearest_facing(x, y, nx, ny, target, normals, start, origin, shape, cell, gate, agree):
     """Nearest target point within `gate` whose normal agrees with (nx, ny) (any normal if that is zero); −1 if none.
 

@@ -86,3 +86,19 @@ def normals_of_runs(points, breaks, x, y, reach, turn_limit):
         out[i, 0] = nx
         out[i, 1] = ny
     return out
+
+
+@njit(cache=True)
+def chord_normals(points, sizes, reach):
+    """Unit normals of several polygons, `sizes[k]` points each: the chord over ±`reach` points turned left."""
+    out = np.zeros((len(points), 2))
+    first = 0
+    for size in sizes:
+        last = first + size - 1
+        for k in range(first, last + 1):
+            a, b = max(k - reach, first), min(k + reach, last)
+            dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+            length = max(math.sqrt(dx * dx + dy * dy), 1e-12)
+            out[k, 0], out[k, 1] = -dy / length, dx / length
+        first = last + 1
+    return out
