@@ -70,6 +70,7 @@ class MapBuilder:
     first_id: int = 0
     heirs: dict[int, int] = field(default_factory=dict)
     _splines: dict[int, _Sampled] = field(default_factory=dict)
+    _boxes: Float[np.ndarray, "ids 4"] = field(default_factory=lambda: np.full((64, 4), np.nan))
 
     def __post_init__(self) -> None:
         self.next_id = self.first_id
@@ -144,13 +145,21 @@ class MapBuilder:
 
     def _close_to(self, points: Float[np.ndarray, "m 2"]) -> list[_Sampled]:
         """Splines whose bounding box meets that of the points."""
-        held = list(self._splines.values())
-        if not held:
-            return []
-        box = np.array([s.box for s in held])
-        low, high = points.min(0), points.max(0)
-        meets = (box[:, :2] <= high).all(1) & (box[:, 2:] >= low).all(1)
-        return [held[k] for k in np.flatnonzero(meets)]
+        (left, low), (right, high) = points.min(0), points.max(0)
+        box = self._boxes[: self.next_id].T
+        meets = (box[0] <= right) & (box[1] <= high) & (box[2] >= left) & (box[3] >= low)
+        return [self._splines[k] for k in np.flatnonzero(meets).tolist()]
+
+    def _put(self, held: _Sampled) -> None:
+        """Hold a spline under its id, or hold it anew."""
+        spline = held.spline.id
+        if spline >= len(self._boxes):
+            self._boxes = np.concatenate([self._boxes, np.full((spline + 1, 4), np.nan)])
+        self._splines[spline], self._boxes[spline] = held, held.box
+
+    def _drop(self, spline: int) -> _Sampled:
+        self._boxes[spline] = np.nan
+        return self._splines.pop(spline)
 
     # -- moving along --------------------------------------------------------------------------------------------
     def carry(
@@ -158,17 +167,17 @@ class MapBuilder:
     ) -> None:
         """Let every spline go along with the key scans that saw it, as these moved from `before` to `after`."""
         moves = se2.compose(after, se2.inverse(before))
-        for spline, held in self._splines.items():
+        for held in list(self._splines.values()):
             seen = np.searchsorted(key_scans, sorted(held.seen_by))
             curve = held.spline.curve
             moved = curve.with_control_points(carried(curve.control_points, before[seen, :2], moves[seen]))
-            self._splines[spline] = _sampled(replace(held.spline, curve=moved), held.seen_by)
+            self._put(_sampled(replace(held.spline, curve=moved), held.seen_by))
 
     def forget(self, scan: int) -> None:
         """Drop the splines that `scan` or a later one started, and that these saw the others."""
         for spline, held in list(self._splines.items()):
             if held.spline.born >= scan:
-                del self._splines[spline]
+                self._drop(spline)
             else:
                 held.seen_by = {seen for seen in held.seen_by if seen < scan} or {held.spline.born}
                 held.spline = replace(held.spline, observations=len(held.seen_by))
@@ -221,7 +230,7 @@ class MapBuilder:
         self.next_id = max(self.next_id, new + 1)
         history = f"started by scan {sight.scan}, {length:.2f} m"
         started = MapSpline(new, curve, (0.0, length), sight.scan, 0, (history,))
-        self._splines[new] = _sampled(started, {sight.scan})
+        self._put(_sampled(started, {sight.scan}))
         return self.association(sight, Piece(piece.a, piece.b, new), Verdict.NEW, Relation.FULL)
 
     def grow(
@@ -234,7 +243,7 @@ class MapBuilder:
             return False
         history = (*held.spline.history, f"grew by {gain:.2f} m at scan {scan}")
         grown = replace(held.spline, curve=curve, span=span, history=history)
-        self._splines[grown.id] = _sampled(grown, held.seen_by)
+        self._put(_sampled(grown, held.seen_by))
         return True
 
     def carries_on(self, spline: int, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
@@ -264,12 +273,11 @@ class MapBuilder:
 
     def _join(self, a: int, b: int, scan: int) -> None:
         """Join b to the end of a under the lower id."""
-        first, second = self._splines.pop(a), self._splines.pop(b)
+        first, second = self._splines[a], self._splines[b]
         forward = ((second.points - first.points[-1]) * (first.points[-1] - first.points[-2])).sum(1) > 0
         points = np.concatenate([first.points, second.points[forward]])
         curve = self.model.through(points)
         if largest_distance(curve, curve.domain, points) > self.config.smooth:
-            self._splines[a], self._splines[b] = first, second
             return
         keep, gone = min(a, b), max(a, b)
         older, other = (first.spline, second.spline) if first.spline.id == keep else (second.spline, first.spline)
@@ -277,7 +285,8 @@ class MapBuilder:
         span = (0.0, float(cumulated_chords(points)[-1]))
         seen_by = first.seen_by | second.seen_by
         born = min(older.born, other.born)
-        self._splines[keep] = _sampled(MapSpline(keep, curve, span, born, len(seen_by), history), seen_by)
+        self._drop(gone)
+        self._put(_sampled(MapSpline(keep, curve, span, born, len(seen_by), history), seen_by))
         self.heirs[gone] = keep
 
 
