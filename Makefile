@@ -37,6 +37,8 @@ $(BIN)/python:
 $(VENV)/.installed: pyproject.toml | $(BIN)/python
 	@echo "Installing SplineScope and what it needs (once, a few minutes) …"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@echo "Compiling the inner loops for this machine (once, about a minute) …"
+	@$(BIN)/splinescope run office --out $(VENV)/first_run >/dev/null 2>&1 || true
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python

@@ -20,6 +20,7 @@ from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names, marginals, run_slam
 from splinescope.calibration_text import unfit_in_words
 from splinescope.lost_scans import lost_in_words
+from splinescope.preparing import prepare
 from splinescope.replay import check_log, journal_of, replayed
 from splinescope.report import report
 
@@ -62,6 +63,7 @@ def run_and_write(
 
     if recorded is not None:
         check_log(log, recorded)
+    prepare(progress, cancelled)
     result, told = run_slam(log, config, progress=in_words(progress), cancelled=cancelled), {}
     seconds |= result.seconds
     if recorded is not None:
