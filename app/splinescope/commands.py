@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from splinescope.closures import ClosurePage
 from splinescope.link import Link
@@ -167,7 +168,33 @@ class Select:
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """Step back out of what is being done: nothing is selected any more."""
+    """Step back out of what is being done: put the ruler away, else nothing is selected any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """Take the ruler out, lay it to what is selected, or put it away when that was all."""
+
+
+@dataclass(frozen=True, slots=True)
+class LayRuler:
+    """Measure from or to this thing."""
+
+    picked: Picked
+
+
+@dataclass(frozen=True, slots=True)
+class ShowIteration:
+    """Show the map at the iteration kept under this number; None: the result."""
+
+    number: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class StepIteration:
+    """Show the map `by` kept iterations further on."""
+
+    by: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,6 +299,10 @@ Command = (
     | NextColouring
     | Select
     | Leave
+    | Measure
+    | LayRuler
+    | ShowIteration
+    | StepIteration
     | ShowClosure
     | LeafThrough
     | ShowObservation

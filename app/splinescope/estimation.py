@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.errors import ConfigError
+from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
 from splinescope import messages as told
 from splinescope.activity import Activity, Work, duration
@@ -26,6 +27,7 @@ class Estimator(Protocol):
     def process(self, path: Path, config: SlamConfig) -> int: ...
     def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
     def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
+    def measure(self, kept: bytes, first: Picked, second: Picked) -> int: ...
     def cancel(self) -> None: ...
 
 
@@ -102,6 +104,15 @@ class Estimation:
         """The figures behind the result shown; None while another one is being made."""
         shown = self.results.shown
         return None if self.busy or shown is None else shown.solution
+
+    def measure(self, first: Picked, second: Picked) -> int | str:
+        """Let two things of the map shown be measured: the number of the job, or a sentence on why not."""
+        shown = self.results.shown
+        if self.busy:
+            return "The map is being changed; measure when that has ended."
+        if shown is None or shown.solution is None or self._findings.snapshot is not shown.snapshot:
+            return "There is no solved map to measure in."
+        return self._estimator.measure(shown.kept, first, second)
 
     def run_refusal(self, recipe: Recipe) -> str | None:
         """A sentence on what stands in the way of running over the log now; None if nothing does."""
@@ -237,7 +248,7 @@ class Estimation:
             shown = self.results.shown
             origin = shown.run if shown is not None and activity.work is Work.OPTIMISING else None
             result = self._result(end.snapshot, end.kept, end.solution)
-            self._show_new(replace(result, origin=origin))
+            self._show_new(replace(result, origin=origin, frames=end.frames))
             self._tell(done(activity, end.snapshot, end.solution))
         if activity.work is Work.COVARIANCES:
             self._learn(measured=True)

@@ -12,10 +12,12 @@ from pathlib import Path
 
 from bspline_slam import slam
 from bspline_slam.backends.protocol import Marginals
+from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
+from bspline_slam.measuring import Measurement, Picked, factorised, measure
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
 from splinescope.live_map import LiveMap
@@ -25,6 +27,8 @@ from splinescope.messages import (
     Failed,
     FindCovariances,
     Finished,
+    Measured,
+    MeasureMap,
     Message,
     ProcessLog,
     QualityFound,
@@ -35,6 +39,7 @@ from splinescope.messages import (
     for_looking_at,
 )
 from splinescope.quality import quality_of
+from splinescope.replay import frames_of
 from splinescope.reporter import Reporter
 from splinescope.solution import Solution, solution_of
 
@@ -50,13 +55,15 @@ PARCEL = 50
 
 
 class Jobs:
-    """Does one request after the other; remembers the log and the latest map, so as not to unpack it again."""
+    """Does one request after the other; remembers the log, the latest map and the factor of the one measured in, so as
+    not to make them again."""
 
     def __init__(self, send: Send) -> None:
         self._send = send
         self._path: Path | None = None
         self._log: ScanLog | None = None
         self._latest: Done | None = None
+        self._factor: tuple[Snapshot, Factor] | None = None
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -81,6 +88,20 @@ class Jobs:
             case FindCovariances(path=path, kept=kept, config=config):
                 judge(self._open(path), self._unpacked(kept), config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
+
+            case MeasureMap(kept=kept, first=first, second=second):
+                self._send(Measured(request.job, self._measured(kept, first, second)))
+
+    def _measured(self, kept: bytes, first: Picked, second: Picked) -> Measurement | str:
+        snapshot = self._unpacked(kept)
+        if snapshot.estimate is None:
+            return "This map was never solved as a whole."
+        if self._factor is None or self._factor[0] is not snapshot:
+            self._factor = (snapshot, factorised(snapshot.estimate))
+        try:
+            return measure(snapshot.estimate, snapshot.map, self._factor[1], first, second)
+        except SplineSlamError as error:
+            return f"{str(error)[:1].upper()}{str(error)[1:]}."
 
     def _unpacked(self, kept: bytes) -> Snapshot:
         if self._latest is None or self._latest.kept != kept:
@@ -134,7 +155,8 @@ def process(log: ScanLog, config: SlamConfig, reporter: Reporter, send: Send, ca
 def finished(snapshot: Snapshot, solution: Solution | None, job: int, send: Send) -> Done:
     """The last word of a job that made a map."""
     done = Done.of(snapshot)
-    send(Finished(job, for_looking_at(snapshot), solution, done.kept))
+    frames = frames_of(snapshot.estimate.iterations) if snapshot.estimate is not None else ()
+    send(Finished(job, for_looking_at(snapshot), solution, done.kept, frames))
     return done
 
 

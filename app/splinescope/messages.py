@@ -11,8 +11,10 @@ from jaxtyping import Float
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
+from bspline_slam.measuring import Measurement, Picked
 from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 from splinescope.quality import Quality
+from splinescope.replay import Frame
 from splinescope.solution import Solution
 
 
@@ -46,7 +48,17 @@ class FindCovariances:
     config: SlamConfig
 
 
-Request = ProcessLog | SolveMap | FindCovariances
+@dataclass(frozen=True, eq=False, slots=True)
+class MeasureMap:
+    """How far two things of a solved map are apart, `kept` as it was sent."""
+
+    job: int
+    kept: bytes
+    first: Picked
+    second: Picked
+
+
+Request = ProcessLog | SolveMap | FindCovariances | MeasureMap
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,13 +101,15 @@ class Iterated(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Finished(Message):
-    """A job is done: the map for looking at, the figures of its last solve, and the whole result, None for a job
+    """A job is done: the map for looking at, the figures of its last solve and some of its iterations, and the whole
+    result, None for a job
     without a map. `kept` is the pickled snapshot, which the page only ever hands back: it is too large to unpack there.
     """
 
     snapshot: Snapshot | None = None
     solution: Solution | None = None
     kept: bytes | None = None
+    frames: tuple[Frame, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,6 +125,13 @@ class CovariancesFound(Message):
 
     splines: dict[int, Float[np.ndarray, "d d"]]
     sigmas: Stretches
+
+
+@dataclass(frozen=True, slots=True)
+class Measured(Message):
+    """How far two things are apart, or a sentence on why that cannot be told."""
+
+    found: Measurement | str
 
 
 @dataclass(frozen=True, eq=False, slots=True)

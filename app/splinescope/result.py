@@ -13,6 +13,7 @@ from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.quality import Quality
 from splinescope.recipe import Recipe
+from splinescope.replay import Frame
 from splinescope.solution import Solution
 
 
@@ -23,7 +24,7 @@ class Result:
     `origin` is the run over the log whose decisions were solved again, None for such a run itself.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
     estimator; its quality, covariances of splines by id, 1σ across the curves
-    and the tests of consistency are there once the result is `measured`.
+    and the tests of consistency are there once the result is `measured`. `frames` are iterations of its last solve.
     """
 
     number: int
@@ -38,6 +39,7 @@ class Result:
     stopped_after: int | None = None
     covariances: Mapping[int, Float[np.ndarray, "d d"]] = field(default_factory=dict)
     sigmas: Stretches | None = None
+    frames: tuple[Frame, ...] = ()
     consistency: ScanConsistency | None = None
     measured: bool = False
 

@@ -8,7 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
+from bspline_slam.slam import Snapshot
 from splinescope import commands as ask
 from splinescope.activity import Activity
 from splinescope.closures import ClosurePage
@@ -17,14 +19,16 @@ from splinescope.findings import Findings
 from splinescope.link import Link
 from splinescope.log_view import LogView
 from splinescope.map_view import view_map
-from splinescope.messages import Message
+from splinescope.messages import Measured, Message
 from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.page_values import Place
 from splinescope.playback import Playback, play_axis
 from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
+from splinescope.replay import Frame, at_frame
 from splinescope.result import Result, Results
+from splinescope.ruler import Ruler, picked_from, places
 from splinescope.solution import Solution
 from splinescope.view import Colouring, MapView, ScanView, Selection, View
 
@@ -67,6 +71,9 @@ class Session:
         self.place: Place | None = None
         self.tab = ""
         self._link: Link | None = None
+        self.ruler: Ruler | None = None
+        self._frame: tuple[tuple[Frame, ...], int] = ((), 0)
+        self._played: tuple[Frame, Snapshot, MapView] | None = None
         self.closure_page = ClosurePage()
         self.observing = False
         self.observation_step = ObservationStep.PARAMETERS
@@ -95,8 +102,37 @@ class Session:
     def view(self) -> View:
         """One frame of the page."""
         chosen = self.preferences
-        seen = (self.map_view, self.scan_view, chosen.layers, self.selection, chosen.dark, self.compared_view)
-        return View(*seen, chosen.colouring)
+        world, scan = self._replayed or (self.map_view, self.scan_view)
+        measured = places(self.ruler, world) if self.ruler is not None and world is not None else None
+        seen = (world, scan, chosen.layers, self.selection, chosen.dark, self.compared_view)
+        return View(*seen, chosen.colouring, measured)
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The iterations that are kept of the solve behind the result shown; none while another one is being made."""
+        result = self.result
+        return () if result is None or self.busy or self.findings.snapshot is not result.snapshot else result.frames
+
+    @property
+    def frame(self) -> int | None:
+        """Which of them is shown; None for the result."""
+        frames, (of, number) = self.frames, self._frame
+        return number if frames is of and 0 <= number < len(frames) - 1 else None
+
+    @property
+    def _replayed(self) -> tuple[MapView, ScanView | None] | None:
+        """Map and scan at the iteration shown; None for the result."""
+        result, number, scan = self.result, self.frame, self.scan_view
+        if number is None or result is None or self.log is None:
+            return None
+        frame = self.frames[number]
+        if self._played is None or self._played[0] is not frame:
+            snapshot = at_frame(result.snapshot, frame)
+            self._played = (frame, snapshot, view_map(self.log, snapshot, {}))
+        _, snapshot, world = self._played
+        if scan is not None and self.cursor < len(snapshot.poses):
+            scan = replace(scan, pose=snapshot.poses[self.cursor])
+        return world, scan
 
     @property
     def observation(self) -> ObservationView | str:
@@ -185,7 +221,11 @@ class Session:
 
     def receive(self, message: Message) -> None:
         """Take in what the estimator sent."""
-        if self.estimation is not None:
+        if isinstance(message, Measured):
+            if self.ruler is not None and self.ruler.job == message.job:
+                self.revision += 1
+                self.ruler = replace(self.ruler, found=message.found)
+        elif self.estimation is not None:
             self.revision += 1
             self.estimation.receive(message)
             self._follow()
@@ -237,7 +277,16 @@ class Session:
             case ask.FollowLink(link=link):
                 self._follow_link(link)
             case ask.Leave():
-                self.selection = None
+                self.ruler, self.selection = None, None if self.ruler is None else self.selection
+            case ask.Measure():
+                self._measure()
+            case ask.LayRuler(picked=picked):
+                self._lay_ruler(picked)
+            case ask.ShowIteration(number=number):
+                self._frame = (self.frames, len(self.frames) if number is None else number)
+            case ask.StepIteration(by=by):
+                last = len(self.frames) - 1
+                self._frame = (self.frames, min(max((last if self.frame is None else self.frame) + by, 0), last))
             case ask.ShowClosure(number=number):
                 self._show_closure(number)
             case ask.LeafThrough(page=page):
@@ -291,13 +340,29 @@ class Session:
             self.observation_step = self.observation_step.moved(by)
         self.observing = True
 
+    # -- measuring -----------------------------------------------------------------------------------------------
+    def _measure(self) -> None:
+        picked = picked_from(self.selection, self.scan_view, self.map_view)
+        ruler = self.ruler or Ruler()
+        if picked is not None and picked not in ruler.picked[-1:]:
+            self._lay_ruler(picked)
+        else:
+            self.ruler = ruler if self.ruler is None else None
+
+    def _lay_ruler(self, picked: Picked) -> None:
+        ruler = (self.ruler or Ruler()).picking(picked)
+        if ruler.first is not None and ruler.second is not None and self.estimation is not None:
+            asked = self.estimation.measure(ruler.first, ruler.second)
+            ruler = replace(ruler, found=asked) if isinstance(asked, str) else replace(ruler, job=asked)
+        self.ruler = ruler
+
     # -- logs and work -------------------------------------------------------------------------------------------
     def _opened(self, request: ask.OpenLog, log: ScanLog) -> None:
         if request != self.opening:
             return
         self._estimator.cancel()
         self.preferences = self.remembered
-        self.opening, self.troubles, self.recipe = None, (), Recipe()
+        self.opening, self.troubles, self.recipe, self.ruler = None, (), Recipe(), None
         self.closure_page = ClosurePage()
         self.title = request.title or log.name
         self.findings = Findings(log)

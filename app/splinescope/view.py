@@ -107,7 +107,7 @@ class Selection:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """One frame of the page."""
+    """One frame of the page; `measured` are the places that the ruler lies on (m)."""
 
     map: MapView | None = None
     scan: ScanView | None = None
@@ -116,6 +116,7 @@ class View:
     dark: bool = True
     compared: MapView | None = None
     colouring: Colouring = Colouring.SPLINE
+    measured: Float[np.ndarray, "k 2"] | None = None
 
     @property
     def comparing(self) -> bool:

@@ -36,6 +36,7 @@ from splinescope.panels import closures
 from splinescope.paths import find_log
 from splinescope.picking import pick
 from splinescope.presenter import Presenter
+from splinescope.ruler import picked_from
 from splinescope.session import Session
 from splinescope.visitors import Visitors
 from splinescope.worker import Worker
@@ -45,6 +46,7 @@ logger = logging.getLogger(__name__)
 CLICK_PIXELS = 8.0
 KEEPING = 1.0
 """Seconds between two times that choices are written down."""
+NOT_MEASURABLE = Notice("Nothing to measure there", "Click a curve of the map, a control point or a key pose.")
 OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press T to take control back.")
 WATCHING = Notice("You are watching", "Another page drives what all see. Press T to take control.")
 FIRST_SAMPLE = "office"
@@ -230,8 +232,7 @@ class Viewer:
             case Perform():
                 self._perform(item.action, client)
             case Click():
-                found = pick(self.session.view, item.point, CLICK_PIXELS * item.metres_per_pixel)
-                self.session.apply(ask.Select(found))
+                self._click(item)
             case PageMoved():
                 self._presenter.page_moved()
                 if client is not None and client == self._visitors.driver:
@@ -242,6 +243,18 @@ class Viewer:
                 logger.warning("a page that is not connected said hello")
             case _:
                 self.session.apply(item)
+
+    def _click(self, click: Click) -> None:
+        session = self.session
+        found = pick(session.view, click.point, CLICK_PIXELS * click.metres_per_pixel)
+        if session.ruler is None:
+            session.apply(ask.Select(found))
+            return
+        picked = picked_from(found, session.scan_view, session.map_view, click.point)
+        if picked is None:
+            session.tell(NOT_MEASURABLE)
+        else:
+            session.apply(ask.LayRuler(picked))
 
     # -- who drives ----------------------------------------------------------------------------------------------
     def _may(self, item: Posted, client: int) -> bool:

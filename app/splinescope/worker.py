@@ -12,8 +12,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig
-from splinescope.messages import Failed, FindCovariances, Message, ProcessLog, Request, SolveMap
+from splinescope.messages import Failed, FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
 
 NICENESS = 5
 """The estimator gives way to the page when both want the same core."""
@@ -62,6 +63,10 @@ class Worker:
     def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int:
         """Ask for the covariances of a map, `kept` being what came with it; returns the job's number."""
         return self._ask(FindCovariances(self._job + 1, path, kept, config))
+
+    def measure(self, kept: bytes, first: Picked, second: Picked) -> int:
+        """Ask how far two things of a map are apart, `kept` being what came with it; returns the job's number."""
+        return self._ask(MeasureMap(self._job + 1, kept, first, second))
 
     def cancel(self) -> None:
         """Stop every job asked for so far."""

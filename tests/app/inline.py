@@ -7,11 +7,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from app import estimator
+from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig
 from splinescope import jobs
 from splinescope.commands import LogOpened, OpenLog
-from splinescope.messages import FindCovariances, Message, ProcessLog, Request, SolveMap
+from splinescope.messages import FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
 from splinescope.preferences import Preferences
 from splinescope.session import Session
 
@@ -33,6 +34,9 @@ class InlineEstimator:
 
     def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int:
         return self._do(lambda job: FindCovariances(job, path, kept, config))
+
+    def measure(self, kept: bytes, first: Picked, second: Picked) -> int:
+        return self._do(lambda job: MeasureMap(job, kept, first, second))
 
     def cancel(self) -> None:
         self.cancelled = len(self.asked)

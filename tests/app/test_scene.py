@@ -40,7 +40,7 @@ def counts(view: View, viewport: Viewport) -> dict[str, int]:
 
 
 def test_every_layer_draws_something(view: View) -> None:
-    chosen = replace(view, selection=Selection("control point", 3, 2), compared=view.map)
+    chosen = replace(view, selection=Selection("control point", 3, 2), compared=view.map, measured=np.eye(2))
     drawn = counts(replace(chosen, colouring=Colouring.RESIDUAL), CLOSE)
     assert {name for name, count in drawn.items() if count == 0} == set()
     assert {drawing.layer for drawing in DRAWINGS} - {None} == set(Layer) - {Layer.GRID}

@@ -11,6 +11,7 @@ import pytest
 from app.inline import InlineEstimator, deliver, session_with, stand_in
 from app.logs import MemoryLog, corridor_log
 from bspline_slam import se2
+from bspline_slam.measuring import Measurement, PickedPose
 from splinescope import commands as ask
 from splinescope import messages as told
 from splinescope.activity import Work
@@ -504,3 +505,62 @@ def test_a_link_waits_for_its_log() -> None:
     session.apply(ask.LogOpened(opened[0], drive))
     assert session.cursor == 21
     assert not session.following
+
+
+def test_the_ruler_measures_between_two_picked_things(finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    assert session.map_view is not None
+    keys = session.map_view.key_scans
+    session.apply(ask.Select(Selection("key pose", keys[0])))
+    session.apply(ask.Measure())
+    session.apply(ask.Select(Selection("key pose", keys[3])))
+    session.apply(ask.Measure())
+    assert session.ruler is not None and session.ruler.found is None
+    deliver(session, inline)
+    found, shown = session.ruler.found, session.findings.snapshot
+    assert isinstance(found, Measurement) and shown is not None
+    gap = float(np.linalg.norm(shown.poses[keys[3], :2] - shown.poses[keys[0], :2]))
+    assert found.distance == pytest.approx(gap)
+    assert session.view.measured == pytest.approx(shown.poses[[keys[0], keys[3]], :2])
+    session.apply(ask.LayRuler(PickedPose(keys[1])))
+    assert session.ruler.picked == (PickedPose(keys[1]),)
+    session.apply(ask.Leave())
+    assert session.ruler is None and session.selection is not None
+    session.apply(ask.Leave())
+    assert session.selection is None
+
+
+def test_the_ruler_says_what_it_cannot_measure(log: MemoryLog, finished: tuple[Session, InlineEstimator]) -> None:
+    session, inline = finished
+    for picked in (PickedPose(0), PickedPose(1)):  # scan 1 is not a key scan
+        session.apply(ask.LayRuler(picked))
+    deliver(session, inline)
+    assert session.ruler is not None
+    assert session.ruler.found == "Scan 1 is not a key scan of what was solved."
+    waiting, _ = session_with(log)
+    for picked in (PickedPose(0), PickedPose(5)):
+        waiting.apply(ask.LayRuler(picked))
+    assert waiting.ruler is not None and isinstance(waiting.ruler.found, str)
+
+
+def test_iterations_of_the_solve_are_shown_again(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    session.apply(ask.Seek(5))
+    result = session.view
+    assert len(session.frames) == 11 and session.frame is None
+    session.apply(ask.ShowIteration(0))
+    first = session.view
+    assert first.map is not None and result.map is not None and first.scan is not None and result.scan is not None
+    moved = np.array([0.1 * (1 - 0.5**10), 0.0])
+    assert first.map.key_poses[:, :2] == pytest.approx(result.map.key_poses[:, :2] - moved, abs=1e-3)
+    for before, after in zip(first.map.map, result.map.map, strict=True):
+        assert before.curve.control_points == pytest.approx(after.curve.control_points - moved, abs=1e-3)
+    assert first.scan.pose[:2] == pytest.approx(result.scan.pose[:2] - moved, abs=1e-3)
+    assert session.view.map is first.map
+    for _ in range(20):
+        session.apply(ask.StepIteration(1))
+    assert session.frame is None and session.view.map is result.map
+    session.apply(ask.StepIteration(-1))
+    assert session.frame == 9
+    session.apply(ask.RunAgain())
+    assert session.frame is None

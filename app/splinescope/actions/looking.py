@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from splinescope import commands as ask
-from splinescope.actions.action import Action
+from splinescope.actions.action import Action, with_log
 from splinescope.session import Session
 from splinescope.view import Selection
 
@@ -53,7 +53,8 @@ LOOKING = (
         _select_spline,
         lambda session: NOT_TIED if spline_of_segment(session) is None else None,
     ),
-    Action("leave", "Clear the selection", ("Escape",), ask.Leave()),
+    Action("leave", "Put the ruler away, clear the selection", ("Escape",), ask.Leave()),
+    Action("measure", "Measure between two things", ("m",), ask.Measure(), with_log),
     Action(
         "observation",
         "Step through the observation of the selected segment, or close it",

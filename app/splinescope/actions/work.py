@@ -11,8 +11,15 @@ def _idle(session: Session) -> str | None:
     return "Nothing is running." if session.activity is None and session.opening is None else None
 
 
+def _unsolved(session: Session) -> str | None:
+    return None if len(session.frames) > 1 else "There is no solve whose iterations could be shown."
+
+
 WORK = (
     Action("run", "Run the whole log again", (), ask.RunAgain(), lambda session: session.run_refusal),
     Action("optimise", "Only solve this map again", ("o",), ask.Optimise(), lambda session: session.refusal),
+    Action("iteration-next", "Next iteration of the solve", (">",), ask.StepIteration(1), _unsolved, repeats=True),
+    Action("iteration-back", "Iteration before", ("<",), ask.StepIteration(-1), _unsolved, repeats=True),
+    Action("iteration-result", "Back to the result of the solve", (), ask.ShowIteration(None), _unsolved),
     Action("cancel", "Cancel what is running", (), ask.Cancel(), _idle),
 )

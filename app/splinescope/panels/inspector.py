@@ -18,7 +18,7 @@ class InspectorPanel:
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html(table.block(table.paragraph(HINT, "dim")))
-        self._clear = ActionButton(gui, post, "leave")
+        self._clear = ActionButton(gui, post, "leave", words="Clear the selection")
         self._steps = ActionButton(gui, post, "observation", words="Step through its observation")
 
     def refresh(self, session: Session) -> None:

@@ -12,12 +12,14 @@ from splinescope.panels.crispness import CrispnessPanel
 from splinescope.panels.decisions import DecisionsPanel
 from splinescope.panels.estimate import EstimatePanel
 from splinescope.panels.inspector import InspectorPanel
+from splinescope.panels.iterations import IterationsPanel
 from splinescope.panels.layers import LayersPanel
 from splinescope.panels.log import LogPanel
 from splinescope.panels.lost import LostPanel
 from splinescope.panels.observation import ObservationPanel
 from splinescope.panels.panel import Panel, Post
 from splinescope.panels.picture import PicturePanel
+from splinescope.panels.ruler import RulerPanel
 from splinescope.panels.status import StatusPanel
 from splinescope.panels.style import STYLE
 from splinescope.panels.timeline import TimelinePanel
@@ -32,6 +34,7 @@ class SideBar:
         self._panels: list[Panel] = [StatusPanel(gui, post)]
         with gui.add_folder("Selected"):
             self._panels.append(InspectorPanel(gui, post))
+            self._panels.append(RulerPanel(gui, post))
         tabs = gui.add_tab_group()
         with tabs.add_tab("Layers"):
             self._panels.append(LayersPanel(gui, post))
@@ -43,6 +46,7 @@ class SideBar:
                 self._panels.append(TimelinePanel(gui, post))
         with tabs.add_tab("Estimate"):
             self._panels.append(EstimatePanel(gui, post))
+            self._panels.append(IterationsPanel(gui, post))
         with tabs.add_tab("Compare"):
             self._panels.append(ComparePanel(gui, post))
         with tabs.add_tab("Quality"):

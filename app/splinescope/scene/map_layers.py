@@ -11,7 +11,7 @@ from jaxtyping import Float
 from bspline_slam.bspline import BSpline
 from bspline_slam.spline_map import MapSpline
 from splinescope.grades import UNKNOWN, pieces
-from splinescope.palette import COMPARED_HUE, GREEN, GREY, PURPLE, SKY, VERMILION, Glyph, LineStyle, Theme
+from splinescope.palette import COMPARED_HUE, GREEN, GREY, PURPLE, SKY, VERMILION, YELLOW, Glyph, LineStyle, Theme
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
 from splinescope.scene.ellipses import blocks, ellipses
@@ -144,6 +144,13 @@ def pointed_at(view: MapView | None, selection: Selection | None, theme: Theme, 
     if point is None:
         return NONE
     return glyphs(Glyph.CIRCLE, point[None], theme.legible(SKY)[None], 9.0 * detail.pixel)
+
+
+def ruler(places: Float[np.ndarray, "k 2"], theme: Theme, detail: Detail) -> Strokes:
+    """A ring around each picked place, and a line from the first to the second."""
+    hue = theme.legible(YELLOW)
+    rings = glyphs(Glyph.DIAMOND, places, np.tile(hue, (len(places), 1)), 7.0 * detail.pixel)
+    return Strokes.joined([Strokes.of(polyline(places), hue), rings])
 
 
 NONE = Strokes.none()

@@ -100,6 +100,11 @@ def _graded(grade: int, width: float) -> Drawing:
     return Drawing(f"graded {grade}", Layer.SPLINES, width, _coloured, draw)
 
 
+def _ruler(f: Frame) -> Strokes:
+    measured = f.view.measured
+    return Strokes.none() if measured is None or not len(measured) else map_layers.ruler(measured, f.theme, f.detail)
+
+
 DRAWINGS = (
     Drawing("no return", Layer.NO_RETURN, 1.0, _scan, _of_scan(scan_layers.no_return_beams)),
     Drawing("beams", Layer.BEAMS, 1.0, _scan, _of_scan(scan_layers.beams)),
@@ -146,6 +151,7 @@ DRAWINGS = (
         _map_and_selection("map", "key_poses", "loop_closures"),
         lambda f: map_layers.pointed_at(f.view.map, f.view.selection, f.theme, f.detail),
     ),
+    Drawing("ruler", None, 2.0, lambda v: (None if v.measured is None else tuple(v.measured.ravel()),), _ruler),
     Drawing("robot", None, 2.4, _scan, _of_scan(scan_layers.robot)),
 )
 
@@ -241,7 +247,7 @@ def hint(view: View, detail: Detail) -> str:
 def _same(before: Sources, now: Sources) -> bool:
     """Small values count by what they hold, large ones by identity."""
     pairs = zip(before, now, strict=True)
-    return all(a is b or (isinstance(a, (Detail, Selection)) and a == b) for a, b in pairs)
+    return all(a is b or (isinstance(a, (Detail, Selection, tuple)) and a == b) for a, b in pairs)
 
 
 def bounds_of(view: View) -> Bounds | None:
