@@ -47,8 +47,8 @@ CLICK_PIXELS = 8.0
 KEEPING = 1.0
 """Seconds between two times that choices are written down."""
 NOT_MEASURABLE = Notice("Nothing to measure there", "Click a curve of the map, a control point or a key pose.")
-OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press T to take control back.")
-WATCHING = Notice("You are watching", "Another page drives what all see. Press T to take control.")
+OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press A to take control back.")
+WATCHING = Notice("You are watching", "Another page drives what all see. Press A to take control.")
 FIRST_SAMPLE = "office"
 
 

@@ -220,7 +220,7 @@ def test_one_drives_and_others_watch_until_they_take_control(ready: Viewer, open
     until(lambda: two.viewport()["metresPerPixel"] < 0.9 * before["metresPerPixel"], "a view of one's own")
     assert ready.session.cursor == 10
     assert Layer.BEAMS in ready.session.preferences.layers
-    two.page.keyboard.press("t")
+    two.page.keyboard.press("a")
     expect(one.page.get_by_text("Somebody else drives now")).to_be_visible()
     expect(one.page.get_by_role("button", name="Take control")).to_be_visible()
     two.page.keyboard.press("d")
@@ -270,7 +270,7 @@ def test_a_link_opens_its_moment(ready: Viewer, open_window: Opener) -> None:
     assert ready.session.preferences.colouring is Colouring.AGE
     assert "scan=" not in page.url
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    page.keyboard.press("y")
+    page.keyboard.press("L")
     expect(page.get_by_text("The link is copied.")).to_be_attached()
     link = Link.parse(page.evaluate("navigator.clipboard.readText()").partition("?")[2])
     assert link == Link(33, ready.session.preferences.layers, pytest.approx((2.5, 1.5, 0.012), rel=1e-3), Colouring.AGE)  # pyright: ignore[reportArgumentType]

@@ -54,7 +54,7 @@ LOOKING = (
         lambda session: NOT_TIED if spline_of_segment(session) is None else None,
     ),
     Action("leave", "Put the ruler away, clear the selection", ("Escape",), ask.Leave()),
-    Action("measure", "Measure between two things", ("m",), ask.Measure(), with_log),
+    Action("measure", "Measure between two things", ("M",), ask.Measure(), with_log),
     Action(
         "observation",
         "Step through the observation of the selected segment, or close it",

@@ -10,8 +10,8 @@ TABS = ("Layers", "Scan", "Estimate", "Compare", "Quality", "Log")
 PAGE = (
     Action("palette", "Find an action by its name", ("Ctrl+k", "/"), PageRequest.SCRIPT),
     Action("help", "Keys and help", ("?",), PageRequest.SCRIPT),
-    Action("copy-link", "Copy a link to this moment", ("y",), PageRequest.LINK, with_log),
-    Action("take-control", "Take control of the page", ("t",), PageRequest.TAKE_CONTROL),
+    Action("copy-link", "Copy a link to this moment", ("L",), PageRequest.LINK, with_log),
+    Action("take-control", "Take control of the page", ("a",), PageRequest.TAKE_CONTROL),
     Action("legend", "Open or fold the legend", ("h",), PageRequest.SCRIPT),
     *(Action(f"tab-{name.lower()}", f"Tab: {name}", (), PageRequest.SCRIPT) for name in TABS),
 )

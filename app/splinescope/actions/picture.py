@@ -17,6 +17,6 @@ PICTURE = (
     Action("zoom-in", "Zoom in", ("+", "="), PageRequest.SCRIPT, repeats=True),
     Action("zoom-out", "Zoom out", ("-",), PageRequest.SCRIPT, repeats=True),
     Action("follow-robot", "Keep the robot in the middle, or let go", ("r",), _robot),
-    Action("robot-up", "Robot up or north up", ("u",), ask.RobotUp()),
+    Action("robot-up", "Robot up or north up", ("R",), ask.RobotUp()),
     Action("dark", "Dark or light page", ("d",), ask.SetDark()),
 )

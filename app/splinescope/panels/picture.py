@@ -16,7 +16,7 @@ class PicturePanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         ActionButton(gui, post, "fit")
         self._robot = gui.add_checkbox("Keep the robot in the middle", initial_value=False)
-        self._up = gui.add_checkbox("Robot up, not north up", initial_value=False, hint="Key U")
+        self._up = gui.add_checkbox("Robot up, not north up", initial_value=False, hint="Key Shift + R")
         self._dark = gui.add_checkbox("Dark page", initial_value=True)
         ActionButton(gui, post, "copy-link", color="gray")
         ActionButton(gui, post, "palette", color="gray")
