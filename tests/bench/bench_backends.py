@@ -17,7 +17,7 @@ import numpy as np
 
 from bspline_slam import se2
 from bspline_slam.backends import BACK_ENDS, ONE_PASS, back_end
-from bspline_slam.backends.protocol import Estimate
+from bspline_slam.backends.protocol import Estimate, Marginals
 from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
 
 ITERATING = tuple(name for name in BACK_ENDS if name not in ONE_PASS)
@@ -138,8 +138,17 @@ def timed(job: Callable[[], object], repeats: int) -> Timed:
     return Timed(min(walls), min(processors))
 
 
-def measure(name: str, graph: Graph, repeats: int) -> tuple[dict[str, float | str], Estimate]:
-    """One row of the table, and the optimum. `sam` is asked for 10 covariances, the others for all."""
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """An optimum and covariances there."""
+
+    estimate: Estimate
+    marginals: Marginals
+
+
+def measure(name: str, graph: Graph, repeats: int) -> tuple[dict[str, float | str], Solved]:
+    """One row of the table, and what was found. `sam` is asked for 20 covariances, for all take it minutes; the others
+    for all."""
     solver = back_end(name)
     estimate = solver.solve(graph)
     steps = len(estimate.iterations) - 1
@@ -158,19 +167,31 @@ def measure(name: str, graph: Graph, repeats: int) -> tuple[dict[str, float | st
         "covariances_processor_s": marginals.processor,
         "cost": estimate.iterations[-1].cost,
     }
-    return row, estimate
+    return row, Solved(estimate, solver.covariances(estimate, poses=poses, splines=splines))
 
 
-def compare(rows: list[dict[str, float | str]], estimates: dict[str, Estimate]) -> None:
+def compare(rows: list[dict[str, float | str]], found: dict[str, Solved]) -> None:
     """Say of `direct` how far from and how much faster than gtsam it is, where both ran."""
     by_name = {row["back_end"]: row for row in rows}
-    if not {"direct", "sam"} <= estimates.keys():
+    if not {"direct", "sam"} <= found.keys():
         return
-    a, b, direct = estimates["direct"], estimates["sam"], by_name["direct"]
+    a, b, direct, sam = found["direct"].estimate, found["sam"].estimate, by_name["direct"], by_name["sam"]
     direct["largest_difference_from_sam"] = max(
         float(np.abs(a.control_points - b.control_points).max()), float(np.abs(a.poses - b.poses).max())
     )
-    direct["times_faster_than_sam"] = float(by_name["sam"]["solve_s"]) / float(direct["solve_s"])
+    direct["times_faster_than_sam"] = float(sam["solve_processor_s"]) / float(direct["solve_processor_s"])
+    each = [float(row["covariances_processor_s"]) / float(row["covariances"]) for row in (direct, sam)]
+    direct["covariance_times_faster_than_sam"] = each[1] / each[0]
+    direct["largest_covariance_difference_from_sam"] = covariance_difference(
+        found["direct"].marginals, found["sam"].marginals
+    )
+
+
+def covariance_difference(ours: Marginals, theirs: Marginals) -> float:
+    """Largest difference of a covariance, as a share of its largest entry."""
+    pairs = [(ours.poses[k], other) for k, other in theirs.poses.items()]
+    pairs += [(ours.splines[k], other) for k, other in theirs.splines.items()]
+    return max(float(np.abs(one - other).max() / np.abs(other).max()) for one, other in pairs)
 
 
 def shown(value: float | str) -> str:
@@ -189,11 +210,11 @@ def main(argv: list[str] | None = None) -> list[dict[str, float | str]]:
     print(f"first small solve (kernels compiled, or read from their cache): {first.wall:.2f} s")
     graph = intel_sized(np.random.default_rng(0))
     print(f"{len(graph.poses)} poses, {len(graph.spline_factors)} observations, {graph.unknowns} unknowns")
-    rows, estimates = [], {}
+    rows, found = [], {}
     for name in options.back_ends:
-        row, estimates[name] = measure(name, graph, 1 if name == "sam" else options.repeats)
+        row, found[name] = measure(name, graph, 1 if name == "sam" else options.repeats)
         rows.append(row)
-    compare(rows, estimates)
+    compare(rows, found)
     for row in rows:
         print("  ".join(f"{key} {shown(value)}" for key, value in row.items()))
     if options.json:

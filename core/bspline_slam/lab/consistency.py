@@ -43,6 +43,9 @@ POSITIONS = 0.5
 """Distance (m) between the places on a curve where its error is measured."""
 REACH, LEAST_BEAMS = 0.2, 5
 """A place counts when so many beams ended within this distance (m) of it along the curve."""
+SLIDE = {"truth": 0.05, "automatic": AdjustmentConfig().slide}
+"""How firmly (m) curves are held along themselves. Those given by truth keep all their knots, and many control points
+begin farther along the curve from where they belong than the few that the pipeline leaves."""
 LEAST_DEVIATION = 1e-4
 """Combinations of places that claim to be known better than this (m), the error of the model, are left out."""
 
@@ -116,7 +119,7 @@ def told_the_truth(experiment: Experiment) -> SlamConfig:
         back_end=experiment.back_end,
         model=experiment.model,
         fitting=FittingConfig(range_noise=range_noise, bearing_noise=BEARING_NOISE),
-        adjustment=AdjustmentConfig(outlier=np.inf, estimate_noise=False),
+        adjustment=AdjustmentConfig(outlier=np.inf, slide=SLIDE[experiment.association], estimate_noise=False),
     )
 
 
