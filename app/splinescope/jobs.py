@@ -20,6 +20,7 @@ from bspline_slam.logs import open_log
 from bspline_slam.measuring import Measurement, Picked, factorised, measure
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
+from splinescope.iterations import frames_of
 from splinescope.live_map import LiveMap
 from splinescope.messages import (
     ConsistencyFound,
@@ -39,7 +40,6 @@ from splinescope.messages import (
     for_looking_at,
 )
 from splinescope.quality import quality_of
-from splinescope.replay import frames_of
 from splinescope.reporter import Reporter
 from splinescope.solution import Solution, solution_of
 

@@ -13,8 +13,8 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.measuring import Measurement, Picked
 from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
+from splinescope.iterations import Frame
 from splinescope.quality import Quality
-from splinescope.replay import Frame
 from splinescope.solution import Solution
 
 

@@ -1,60 +1,53 @@
-"""A solve looked at again: some of its iterations are kept, and the map as it was at each is made from the result."""
+"""A journal of hand edits played again without a display: `splinescope run LOG --edits JOURNAL`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-from jaxtyping import Float
-
-from bspline_slam import se2
-from bspline_slam.backends.protocol import IterationRecord
-from bspline_slam.slam import Snapshot
-from bspline_slam.spline_map import MapSpline, SplineMap
-from splinescope.map_view import carried, with_control_points
-
-MOST_FRAMES = 25
-"""Kept of one result, in single precision: 2,000 poses and 9,000 control points are 2.4 MB."""
+from bspline_slam.backends.protocol import Cancelling
+from bspline_slam.config import config_from_dict
+from bspline_slam.edits.amend import amended
+from bspline_slam.edits.edit import in_words
+from bspline_slam.edits.journal import Recorded, read_journal
+from bspline_slam.errors import ConfigError, EditError
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Frame:
-    """What one iteration reached: its number, the cost, key poses and control points."""
+def journal_of(path: Path, *others: Any) -> tuple[Recorded, SlamConfig]:
+    """A journal and the configuration of the run that its edits belong to.
 
-    iteration: int
-    cost: float
-    poses: Float[np.ndarray, "n 3"]
-    control_points: Float[np.ndarray, "N 2"]
-
-
-def frames_of(records: Sequence[IterationRecord]) -> tuple[Frame, ...]:
-    """The first iteration, the last, and so many evenly between them."""
-    chosen = np.unique(np.rint(np.linspace(0, len(records) - 1, MOST_FRAMES)).astype(int)) if records else ()
-    return tuple(
-        Frame(r.index, float(r.cost), r.poses.astype(np.float32), r.control_points.astype(np.float32))
-        for r in (records[i] for i in chosen)
-    )
-
-
-def at_frame(result: Snapshot, frame: Frame) -> Snapshot:
-    """The map and the path as they were at a frame.
-
-    Scans between key scans go along with the key scan before them. Where the frame is of a round with other control
-    points, each curve goes along with the key scan that started it.
+    Raises ConfigError where another configuration is asked for beside it, EditError for a journal that cannot be read.
     """
-    if len(frame.poses) != len(result.key_scans):
-        return result
-    key_poses = frame.poses.astype(float)
-    if len(frame.control_points) == result.map.control_point_count:
-        curves = with_control_points(result.map, frame.control_points.astype(float))
-    else:
-        curves = SplineMap(tuple(_carried_along(spline, result, key_poses) for spline in result.map))
-    return replace(result, poses=carried(result.poses, result.key_scans, key_poses), map=curves)
+    if any(other is not None for other in others):
+        raise ConfigError("--edits brings the configuration of its run: leave out --config, --backend and --model")
+    recorded = read_journal(path)
+    config = config_from_dict(SlamConfig, recorded.origin.configuration)
+    check_names(config)
+    return recorded, config
 
 
-def _carried_along(spline: MapSpline, result: Snapshot, key_poses: Float[np.ndarray, "n 3"]) -> MapSpline:
-    key = max(int(np.searchsorted(result.key_scans, spline.born, side="right")) - 1, 0)
-    now = result.poses[result.key_scans[key]]
-    move = se2.compose(key_poses[key], se2.inverse(now))
-    return replace(spline, curve=spline.curve.with_control_points(se2.transform(move, spline.curve.control_points)))
+def replayed(
+    log: ScanLog,
+    config: SlamConfig,
+    result: SlamResult,
+    recorded: Recorded,
+    progress: StageProgress,
+    cancelled: Cancelling,
+) -> tuple[SlamResult, dict[str, Any]]:
+    """The result with the edits in force, and what the report says of them."""
+    edits = recorded.history.active
+    made = amended(result.snapshot, edits, config, progress, cancelled)
+    told = [
+        {"edit": in_words(edit), "skipped": reason} if reason else {"edit": in_words(edit)}
+        for edit, reason in zip(edits, made.skipped, strict=True)
+    ]
+    return replace(result, snapshot=made.snapshot), {"edits": told, "edits_hash": recorded.history.state_hash}
+
+
+def check_log(log: ScanLog, recorded: Recorded) -> None:
+    """Raises EditError where the edits were made on another log."""
+    if log.content_hash != recorded.origin.content_hash:
+        raise EditError(f"the edits belong to another log: {Path(recorded.origin.log).name}, not {log.name}")

@@ -11,9 +11,9 @@ from jaxtyping import Float
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamStep, Snapshot
+from splinescope.iterations import Frame
 from splinescope.quality import Quality
 from splinescope.recipe import Recipe
-from splinescope.replay import Frame
 from splinescope.solution import Solution
 
 

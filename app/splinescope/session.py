@@ -16,6 +16,7 @@ from splinescope.activity import Activity
 from splinescope.closures import ClosurePage
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
+from splinescope.iterations import Frame, at_frame
 from splinescope.link import Link
 from splinescope.log_view import LogView
 from splinescope.map_view import view_map
@@ -26,7 +27,6 @@ from splinescope.page_values import Place
 from splinescope.playback import Playback, play_axis
 from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
-from splinescope.replay import Frame, at_frame
 from splinescope.result import Result, Results
 from splinescope.ruler import Ruler, picked_from, places
 from splinescope.solution import Solution

@@ -1,51 +1,92 @@
-"""Iterations of a solve: few are kept, and the map goes along with them."""
+"""Hand edits played again without a display: byte for byte what they made, and refusals in a sentence."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
+from pathlib import Path
 
-import numpy as np
 import pytest
 
-from app import views
-from bspline_slam import se2
-from bspline_slam.backends.protocol import IterationRecord
-from bspline_slam.slam import Snapshot
-from splinescope.replay import MOST_FRAMES, at_frame, frames_of
+from bspline_slam.edits.amend import amended
+from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, Forbid, Ignore, MakeNew
+from bspline_slam.edits.history import Accept, GoTo, Switch
+from bspline_slam.edits.journal import Journal, Origin
+from bspline_slam.export.map_json import map_to_json
+from bspline_slam.logs import open_log
+from bspline_slam.slam import SlamConfig, Snapshot, marginals, run_slam
+from splinescope.__main__ import main
+
+LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"
 
 
-def solved(rng: np.random.Generator) -> Snapshot:
-    world = views.floor_map(rng=rng)
-    return Snapshot(views.path_through(2, 1, 30, rng), np.arange(0, 30, 3), (), world, ())
+@pytest.fixture(scope="module")
+def base() -> Snapshot:
+    return run_slam(open_log(LOG)).snapshot
 
 
-def records(snapshot: Snapshot, count: int) -> list[IterationRecord]:
-    poses, points = snapshot.poses[snapshot.key_scans], np.zeros((snapshot.map.control_point_count, 2))
-    return [IterationRecord(i, 100.0 - i, 0.1, 0.1, 0.0, poses, points) for i in range(count)]
+def edits_on(base: Snapshot) -> list[Edit]:
+    ids = {spline.id for spline in base.map}
+    seen = [a for key in base.observations[5:8] for a in key.associations if a.spline in ids]
+    (a, b, c), spline = seen[:3], seen[1].spline
+    assert spline is not None
+    return [
+        Ignore(a.scan, a.segment, a.first, a.last),
+        Forbid(b.scan, b.segment, b.first, b.last, spline),
+        MakeNew(c.scan, c.segment, c.first, c.last, FIRST_MADE_BY_HAND),
+    ]
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, MOST_FRAMES, 400])
-def test_few_frames_are_kept_of_any_solve_with_both_its_ends(count: int) -> None:
-    frames = frames_of(records(solved(np.random.default_rng(1)), count))
-    numbers = [frame.iteration for frame in frames]
-    assert len(numbers) == min(count, MOST_FRAMES)
-    assert numbers == sorted(set(numbers))
-    assert not count or (numbers[0], numbers[-1]) == (0, count - 1)
+def journal_with(path: Path, edits: list[Edit], origin: Origin) -> Journal:
+    journal = Journal(path, origin)
+    for number, edit in enumerate(edits):
+        journal.append(Accept(f"edit {number}", 0.0, (edit,)))
+    return journal
 
 
-def test_a_frame_of_another_round_moves_each_curve_with_its_first_key_scan() -> None:
-    snapshot = solved(np.random.default_rng(2))
-    shift = np.array([0.5, -0.2, 0.3])
-    poses = se2.compose(shift, snapshot.poses[snapshot.key_scans])
-    frame = replace(frames_of(records(snapshot, 1))[0], poses=poses, control_points=np.zeros((3, 2)))
-    before = at_frame(snapshot, frame)
-    assert before.poses == pytest.approx(se2.compose(shift, snapshot.poses), abs=1e-9)
-    for moved, still in zip(before.map, snapshot.map, strict=True):
-        expected = se2.transform(shift, still.curve.control_points)
-        assert moved.curve.control_points == pytest.approx(expected, abs=1e-9)
+def test_a_replay_writes_the_very_bytes(base: Snapshot, tmp_path: Path) -> None:
+    origin = Origin.of(open_log(LOG), SlamConfig())
+    journal = journal_with(tmp_path / "a.edits", edits_on(base), origin)
+    journal.append(Switch(1, False, 0.0))
+    journal.append(Switch(1, True, 0.0))
+    journal.append(GoTo(4))
+    journal.close()
+    shown = amended(base, journal.history.active, SlamConfig()).snapshot
+    assert len(journal.history.active) == 2
+    covariances = marginals(shown, splines=[spline.id for spline in shown.map]).splines
+    map_to_json(shown.map, covariances, tmp_path / "shown.json")
+    assert main(["run", str(LOG), "--edits", str(journal.path), "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out" / "map.json").read_bytes() == (tmp_path / "shown.json").read_bytes()
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [one["edit"].split()[0] for one in report["edits"]] == ["Ignore", "Make"]
+    assert report["edits_hash"] == journal.history.state_hash
 
 
-def test_a_frame_of_other_key_scans_changes_nothing() -> None:
-    snapshot = solved(np.random.default_rng(3))
-    frame = replace(frames_of(records(snapshot, 1))[0], poses=np.zeros((2, 3)))
-    assert at_frame(snapshot, frame) is snapshot
+def test_what_is_left_out_is_told(base: Snapshot, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    edits: list[Edit] = [Ignore(9999, 0, 0, 5)]
+    journal_with(tmp_path / "a.edits", edits, Origin.of(open_log(LOG), SlamConfig())).close()
+    assert main(["run", str(LOG), "--edits", str(tmp_path / "a.edits"), "--out", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "0 hand edits are in the map." in printed
+    assert "Left out: Ignore beams 0–5 of scan 9999: scan 9999 is no key scan." in printed
+
+
+@pytest.mark.parametrize(
+    ("origin", "more", "complaint"),
+    [
+        (Origin("/logs/other.log", "abc", {}), [], "the edits belong to another log: other.log"),
+        (Origin("a", "abc", {"magic": 1}), [], "no magic"),
+        (Origin("a", "abc", {}), ["--backend", "sam"], "leave out --config"),
+    ],
+)
+def test_edits_of_something_else_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], origin: Origin, more: list[str], complaint: str
+) -> None:
+    journal_with(tmp_path / "a.edits", [], origin).close()
+    words = ["run", str(LOG), "--edits", str(tmp_path / "a.edits"), "--out", str(tmp_path / "out"), *more]
+    assert main(words) == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_a_missing_journal_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(LOG), "--edits", str(tmp_path / "no.edits"), "--out", str(tmp_path)]) == 2
+    assert "no.edits cannot be read" in capsys.readouterr().err
