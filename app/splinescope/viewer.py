@@ -80,7 +80,14 @@ class Goodbye:
     client: int
 
 
-Posted = ask.Command | Perform | Click | PageMoved | Hello | Goodbye | Message
+@dataclass(frozen=True, eq=False, slots=True)
+class Barrier:
+    """`passed` is set when all that was posted before is done."""
+
+    passed: threading.Event
+
+
+Posted = ask.Command | Perform | Click | PageMoved | Hello | Goodbye | Barrier | Message
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -129,6 +136,8 @@ class Viewer:
         self.session = Session(self._worker, self._open, prefs.load(preferences))
         self._presenter = Presenter(page, self.session, self.post)
         self._visitors = Visitors()
+        self._watchers: list[Callable[[], None]] = []
+        self._told = -1
         self._kept = self.session.preferences
         self._keep_time = 0.0
         page.on_action(lambda action: self.post(Perform(action)))
@@ -161,6 +170,10 @@ class Viewer:
     def post(self, item: Posted) -> None:
         """Hand something to the owner thread."""
         self._inbox.put(Arrival(item, asker()))
+
+    def on_change(self, callback: Callable[[], None]) -> None:
+        """Call back, on the owner's thread, whenever something in the session has changed."""
+        self._watchers.append(callback)
 
     def stop(self) -> None:
         """Let `run` return."""
@@ -197,6 +210,7 @@ class Viewer:
                 self._guarded(lambda arrival=arrival: self._take(arrival.item, arrival.client))
             self.session.tick()
             self._guarded(self._presenter.show)
+            self._guarded(self._tell_of_changes)
             self._remember()
 
     def close(self) -> None:
@@ -227,6 +241,8 @@ class Viewer:
         match item:
             case Hello() if client is not None:
                 self._greet(client, item)
+            case Barrier(passed=passed):
+                passed.set()
             case Goodbye():
                 self._visit(self._visitors.left(item.client))
             case Perform():
@@ -322,6 +338,12 @@ class Viewer:
                 logger.warning("%s concerns a page, but none has asked", name)
             case command:
                 session.apply(command)
+
+    def _tell_of_changes(self) -> None:
+        if self.session.revision != self._told:
+            self._told = self.session.revision
+            for callback in self._watchers:
+                callback()
 
     def _remember(self) -> None:
         """Keep what was chosen, at most once a second."""

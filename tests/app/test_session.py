@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from bspline_slam import se2
 from bspline_slam.measuring import Measurement, PickedPose
 from splinescope import commands as ask
 from splinescope import messages as told
+from splinescope.actions import ACTIONS, PageRequest
 from splinescope.activity import Work
 from splinescope.link import Link
 from splinescope.preferences import FIRST_LAYERS, Preferences
@@ -541,6 +543,28 @@ def test_the_ruler_says_what_it_cannot_measure(log: MemoryLog, finished: tuple[S
     for picked in (PickedPose(0), PickedPose(5)):
         waiting.apply(ask.LayRuler(picked))
     assert waiting.ruler is not None and isinstance(waiting.ruler.found, str)
+
+
+def test_ten_thousand_steps_take_no_more_memory(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    assert session.log is not None
+    rng, actions = np.random.default_rng(5), [a for a in ACTIONS.values() if a.id not in ("run", "optimise", "cancel")]
+
+    def act(count: int) -> int:
+        for step in range(count):
+            session.apply(ask.Seek(int(rng.integers(len(session.playback.axis)))))
+            request = actions[int(rng.integers(len(actions)))].request(session)
+            if not isinstance(request, PageRequest):
+                session.apply(request)
+            assert step % 20 or session.view.scan is not None
+            session.notices.clear()
+        gc.collect()
+        return len(gc.get_objects())
+
+    act(500)
+    before = act(500)
+    assert act(9000) < before + 2000
+    assert not session.troubles
 
 
 def test_iterations_of_the_solve_are_shown_again(finished: tuple[Session, InlineEstimator]) -> None:

@@ -12,7 +12,7 @@ from splinescope.panels.panel import Post
 from splinescope.ruler import Ruler, in_words
 from splinescope.session import Session
 
-FIRST = "Click the first thing: a place on a curve, a control point or a key pose. With keys: select, then M."
+FIRST = "Click the first thing: a place on a curve, a control point or a key pose. With keys: select, then Shift + M."
 SECOND = "Now the second thing."
 MEANING = "σ is that of the joint covariance: what two things have in common does not count. Esc puts the ruler away."
 

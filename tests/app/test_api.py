@@ -1,0 +1,81 @@
+"""The workbench from Python: it steps, solves and listens, and the page follows."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from app.browser import Window
+from app.logs import corridor_log, write_carmen
+from bspline_slam.errors import ConfigError, SplineSlamError
+from splinescope import commands as ask
+from splinescope.api import Workbench, open_workbench
+from splinescope.view import Selection
+
+PATIENCE = 240.0  # s; a first run compiles the kernels
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_carmen(corridor_log(np.random.default_rng(6), 40), tmp_path_factory.mktemp("logs") / "corridor.log")
+
+
+@pytest.fixture(scope="module")
+def scope(log: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workbench]:
+    with open_workbench(log, browser=False, session=tmp_path_factory.mktemp("memory") / "session.json") as scope:
+        scope.wait(PATIENCE)
+        yield scope
+
+
+def test_a_program_steps_and_the_page_follows(scope: Workbench, open_window: Callable[..., Window]) -> None:
+    window = open_window(scope.url)
+    scope.seek(7)
+    scope.step()
+    assert scope.cursor == 8
+    expect(window.page.get_by_label("Jump to scan")).to_have_value("8")
+    window.page.keyboard.press("Home")
+    expect(window.page.get_by_label("Jump to scan")).to_have_value("0")
+    scope.step(3)
+    assert scope.cursor == 3
+
+
+def test_what_people_select_is_told(scope: Workbench, open_window: Callable[..., Window]) -> None:
+    told: queue.SimpleQueue[Selection | None] = queue.SimpleQueue()
+    scope.on_selection(told.put)
+    scope.select(Selection("spline", 0))
+    assert told.get(timeout=10) == Selection("spline", 0)
+    window = open_window(scope.url)
+    window.page.keyboard.press("Escape")
+    assert told.get(timeout=10) is None
+    scope.seek(0)
+    window.page.keyboard.press("j")
+    assert told.get(timeout=10) == Selection("segment", 0) == scope.selection
+
+
+def test_a_program_solves_the_map_and_reads_it(scope: Workbench) -> None:
+    solution = scope.solve(PATIENCE)
+    assert solution.cost_after <= solution.cost_before
+    assert scope.poses.shape == (40, 3)
+    assert len(scope.map) > 3
+    scope.do(ask.DeleteResult(1))
+    assert scope.url in scope._repr_html_()
+
+
+def test_what_cannot_be_done_is_raised_in_a_sentence(scope: Workbench, log: Path, tmp_path: Path) -> None:
+    with pytest.raises(SplineSlamError, match="nowhere"):
+        scope.open(tmp_path / "nowhere.log")
+    bad = tmp_path / "bad.log"
+    bad.write_bytes(bytes(range(256)) * 4)
+    with pytest.raises(SplineSlamError):
+        scope.open(bad)
+    scope.open(log)
+    with pytest.raises(ConfigError, match="still being processed"):
+        scope.solve()
+    with pytest.raises(TimeoutError):
+        scope.wait(0.001)
+    scope.wait(PATIENCE)
