@@ -14,7 +14,7 @@ from bspline_slam.icp import IcpConfig, align, icp_map
 from bspline_slam.kernels import matching as kernels
 from bspline_slam.kernels import surfaces
 from bspline_slam.scan import LaserScan
-from bspline_slam.segmentation import SegmentationConfig, breakpoints
+from bspline_slam.segmentation import SegmentationConfig, break_limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +102,10 @@ def point_set(scan: LaserScan, config: MatchingConfig, segmentation: Segmentatio
     """The valid beam ends with normals from their neighbours on the same surface."""
     x, y, heading = scan.pose_robot_sensor.tolist()
     farthest = min(scan.range_max, config.largest_range)
-    beams, points = surfaces.beam_ends(scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading)
-    if len(beams) < 2:
-        return PointSet(points, np.zeros_like(points))
-    breaks = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, segmentation)
-    normals = surfaces.normals_of_runs(points, breaks, x, y, config.normal_reach, config.normal_flatness)
+    points, normals = surfaces.points_with_normals(
+        scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading,
+        *break_limits(scan.resolution, segmentation), config.normal_reach, config.normal_flatness,
+    )  # fmt: skip
     return PointSet(points, normals)
 
 

@@ -83,10 +83,14 @@ def breakpoints(
 ) -> Bool[np.ndarray, "m-1"]:
     """Whether the surface breaks between beams j and j+1 (Borges & Aldon 2004, eq. 8, with slack), or leaps: a gap of
     more than `leap` and `leap_ratio` times those beside it."""
-    return surfaces.breakpoints(
-        ranges, bearings, config.incidence, 3 * config.range_noise + config.slack, config.leap, config.leap_ratio,
-        (config.bridged_beams + 1.5) * resolution,
-    )  # fmt: skip
+    return surfaces.breakpoints(ranges, bearings, *break_limits(resolution, config))
+
+
+def break_limits(resolution: float, config: SegmentationConfig) -> tuple[float, float, float, float, float]:
+    """What `kernels.surfaces.breakpoints` asks for: flattest incidence (rad), allowance, leap (m), ratio of a leap to
+    the gaps beside it, and the widest angle between beams (rad)."""
+    allowance, widest = 3 * config.range_noise + config.slack, (config.bridged_beams + 1.5) * resolution
+    return config.incidence, allowance, config.leap, config.leap_ratio, widest
 
 
 def corner_points(

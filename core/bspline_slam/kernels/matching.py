@@ -188,27 +188,32 @@ def gather(points, normals, sizes, poses, cell):
 
 
 @njit(cache=True)
-def nearest_facing(x, y, nx, ny, target, normals, start, origin, shape, cell, gate, agree):
+def nearest_facing(x, y, nx, ny, target, normals, start, origin, shape, cell, gate, agree, hint):
     """Nearest target point within `gate` whose normal agrees with (nx, ny) (any normal if that is zero); −1 if none.
 
-    Points are sorted by bucket, so those of neighbouring buckets of one row follow each other.
+    Points are sorted by bucket, so those of neighbouring buckets of one row follow each other. `hint` is a point that
+    may be the one (−1: none is known), which spares most of the look-up.
     """
     rows, columns = shape[0], shape[1]
-    reach = int(math.ceil(gate / cell))
-    u, v = (x - origin[0]) / cell, (y - origin[1]) / cell
-    ci, cj = int(math.floor(u)), int(math.floor(v))
-    first, last = max(cj - reach, 0), min(cj + reach, columns - 1)
     best = gate * gate
     found = -1
-    if first > last:
-        return found
-    for o in range(2 * reach + 1):
+    if hint >= 0:
+        dx, dy = x - target[hint, 0], y - target[hint, 1]
+        d = dx * dx + dy * dy
+        if d < best and (nx * normals[hint, 0] + ny * normals[hint, 1] > agree or (nx == 0.0 and ny == 0.0)):
+            best, found = d, hint
+    u, v = (x - origin[0]) / cell, (y - origin[1]) / cell
+    middle = int(math.floor(u))
+    reach = math.sqrt(best) / cell
+    away = max(middle - int(math.floor(u - reach)), int(math.floor(u + reach)) - middle)
+    for o in range(2 * away + 1):
         aside = (o + 1) // 2
-        i = ci + aside if o % 2 else ci - aside
-        if i < 0 or i >= rows:
+        i = middle + aside if o % 2 else middle - aside
+        off = 0.0 if aside == 0 else (i - u if o % 2 else u - i - 1)
+        if i < 0 or i >= rows or off >= reach:
             continue
-        off = 0.0 if aside == 0 else (cell * (i - u) if o % 2 else cell * (u - i - 1))
-        if off * off >= best:
+        first, last = max(int(math.floor(v - reach)), 0), min(int(math.floor(v + reach)), columns - 1)
+        if first > last:
             continue
         for k in range(start[i * columns + first], start[i * columns + last + 1]):
             dx, dy = x - target[k, 0], y - target[k, 1]
@@ -218,6 +223,7 @@ def nearest_facing(x, y, nx, ny, target, normals, start, origin, shape, cell, ga
                 if dot > agree or (nx == 0.0 and ny == 0.0):
                     best = d
                     found = k
+        reach = math.sqrt(best) / cell
     return found
 
 
@@ -254,6 +260,7 @@ def refine(
     squares = 0.0
     n = len(points)
     settled = False
+    near = np.full(n, -1)
     for it in range(len(gates) + 1):
         last = settled or it == len(gates)
         gate = inlier_gate if last else gates[it]
@@ -267,7 +274,10 @@ def refine(
             wx, wy = x + c * px - s * py, y + s * px + c * py
             nx = c * point_normals[k, 0] - s * point_normals[k, 1]
             ny = s * point_normals[k, 0] + c * point_normals[k, 1]
-            f = nearest_facing(wx, wy, nx, ny, target, normals, start, origin, shape, cell, max(gate, 0.1), 0.6)
+            f = nearest_facing(
+                wx, wy, nx, ny, target, normals, start, origin, shape, cell, max(gate, 0.1), 0.6, near[k]
+            )  # fmt: skip
+            near[k] = f
             if f < 0:
                 continue
             tx, ty = normals[f, 0], normals[f, 1]

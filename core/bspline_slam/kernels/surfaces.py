@@ -102,3 +102,16 @@ def chord_normals(points, sizes, reach):
             out[k, 0], out[k, 1] = -dy / length, dx / length
         first = last + 1
     return out
+
+
+@njit(cache=True)
+def points_with_normals(
+    ranges, bearings, nearest, farthest, x, y, heading,
+    incidence, allowance, leap, leap_ratio, widest, reach, turn_limit,
+):  # fmt: skip
+    """`beam_ends` with the `normals_of_runs` between their `breakpoints`, in one call."""
+    beams, points = beam_ends(ranges, bearings, nearest, farthest, x, y, heading)
+    if len(beams) < 2:
+        return points, np.zeros_like(points)
+    breaks = breakpoints(ranges[beams], bearings[beams], incidence, allowance, leap, leap_ratio, widest)
+    return points, normals_of_runs(points, breaks, x, y, reach, turn_limit)
