@@ -19,11 +19,10 @@ from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 class LoopConfig:
     """Which earlier places are tried (m travelled since, m apart), how far the search reaches, and what is believed.
 
-    Within `rest` metres of an accepted closure no other is looked for. The search window grows from `least_reach` by
-    `drift` metres per metre travelled since the last accepted closure, at most to `most_reach`; beyond
-    `wide_reach` it is searched in blocks of `wide_block` cells. A closure that would move the map by more than
-    `sure_distance` or `sure_turn` waits until a second one, at most `confirm_travel` on, agrees with it within
-    `agree_distance` and `agree_turn`.
+    The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted closure,
+    at most to `most_reach`; beyond `wide_reach` it is searched in blocks of `wide_block` cells. A closure that would
+    move the map by more than `sure_distance` or `sure_turn` waits until a second one, at most `confirm_travel` on,
+    agrees with it within `agree_distance` and `agree_turn`.
     """
 
     least_travel: float = 8.0
@@ -31,7 +30,6 @@ class LoopConfig:
     half_width: int = 6
     tries: int = 2
     apart: int = 15
-    rest: float = 0.9
     least_reach: float = 0.4
     drift: float = 0.03
     most_reach: float = 6.0
@@ -160,8 +158,6 @@ class LoopCloser:
     def look(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
         """Compare the last key scan with earlier places; returns the newly accepted closures."""
         travelled = keys[-1].travel - self.closed_at
-        if self.accepted and travelled < self.config.rest:
-            return []
         reach, _ = window(travelled, self.config)
         fresh: list[Proposal] = []
         for i in candidates(keys, poses, reach, self.config):
