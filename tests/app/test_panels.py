@@ -13,6 +13,7 @@ from app.logs import MemoryLog, corridor_log
 from bspline_slam.lab.crispness import Crispness
 from splinescope import commands as ask
 from splinescope.activity import Activity, Work, duration
+from splinescope.messages import MapChanged
 from splinescope.page import Page
 from splinescope.panels import (
     calibration,
@@ -60,6 +61,18 @@ def test_the_status_names_the_log_the_job_and_the_time_left(finished: Session) -
     assert f"{len(finished.findings.snapshot.map) if finished.findings.snapshot else 0:,} splines" in "".join(
         status.headline(finished)
     )
+
+
+def test_the_status_says_up_to_which_scan_a_map_that_grows_is_adjusted(finished: Session) -> None:
+    shown = finished.findings.snapshot
+    assert finished.estimation is not None
+    assert shown is not None
+    finished.estimation.activity = Activity(Work.PROCESSING, 7, "Matching scans", 0.5)
+    assert "Not adjusted yet" in "".join(status.headline(finished))
+    finished.receive(MapChanged(7, shown, 1235))
+    assert "Adjusted up to scan 1,234" in "".join(status.headline(finished))
+    finished.receive(MapChanged(7, shown))
+    assert "Not adjusted yet" in "".join(status.headline(finished))
 
 
 def test_the_status_of_nothing_says_where_to_begin(empty: Session) -> None:
