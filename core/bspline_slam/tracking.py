@@ -48,8 +48,8 @@ class TrackingConfig:
     also when a direction is left open by more than `open_distance` (m, 1 σ) or fewer than `unsure_inliers` fit.
     Below a correlation of `lost_score`, or when less than `lost_beams` of its beams
     come back, a scan is lost and odometry is taken instead. When less than that see beyond `blocked_range` (m),
-    somebody may stand before the laser, which fits anywhere: then `good_score` is asked for, and nothing is ever
-    matched to a scan that has it not.
+    somebody may stand before the laser, which fits anywhere: then a scan is lost too where odometry is believed, else
+    `good_score` is asked for, and nothing is ever matched to a scan that has it not.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors. A key scan that nothing ties to the one before, neither beams nor odometry, lies within
     `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled.
@@ -158,7 +158,8 @@ class Tracker:
         information = step_information(tries[0], self.motion) if believed else guess_information(self.motion)
         match = self._refined(points, predicted, information)
         key = self._is_key(match.pose) or self._is_key(predicted)
-        near, lost = self._sees_less(scan, self.config.blocked_range), self._sees_less(scan, 0.0)
+        near = self._sees_less(scan, self.config.blocked_range)
+        lost = self._sees_less(scan, 0.0) or (near and believed)
         doubtful = self._far(tries[0]) or self._doubtful(match, predicted, information)
         if lost or doubtful or (not believed and self._unsure(match)):
             match = self._searched(points, previous, tries, information, unknown=not believed)

@@ -12,7 +12,10 @@ from bspline_slam.motion import MotionConfig
 from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
-from core.rooms import loop_path, room_scan
+from core.rooms import ROOM, loop_path, room_scan
+
+AROUND = np.concatenate([ROOM[:6], ROOM[6:] - [0.4, 0.4]])
+"""The room with its box off the path: inside the box a robot is blocked."""
 
 
 def tracker() -> Tracker:
@@ -32,7 +35,7 @@ def test_the_path_is_followed(odometry: str) -> None:
     path, rng, one = loop_path(60), np.random.default_rng(5), tracker()
     wheels = drifting(path, 0.02, 0.95) if odometry == "biased" else None
     for k, pose in enumerate(path):
-        one.track(room_scan(pose, rng, index=k), None if wheels is None else wheels[k])
+        one.track(room_scan(pose, rng, index=k, walls=AROUND), None if wheels is None else wheels[k])
     off = se2.between(se2.between(path[0], path), one.poses)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
     assert np.percentile(np.abs(off[:, 2]), 95) < 0.02
@@ -54,7 +57,7 @@ def test_odometry_that_does_not_fit_is_found_out_and_not_followed(factor: tuple[
     """Not after the first steps, that is."""
     path, rng, one = loop_path(90), np.random.default_rng(8), tracker()
     wheels = wrong(path, np.array(factor, dtype=float))
-    tracked = [one.track(room_scan(pose, rng, index=k), wheels[k]) for k, pose in enumerate(path)]
+    tracked = [one.track(room_scan(pose, rng, index=k, walls=AROUND), wheels[k]) for k, pose in enumerate(path)]
     off = se2.between(se2.between(path[0], path), one.poses)[3:]
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
     assert any(found.unfit for found in tracked)
@@ -64,7 +67,9 @@ def test_odometry_that_does_not_fit_is_found_out_and_not_followed(factor: tuple[
 def test_odometry_that_fits_is_believed_throughout() -> None:
     path, rng, one = loop_path(60), np.random.default_rng(9), tracker()
     wheels = drifting(path, 0.01, 0.95)
-    assert not any(one.track(room_scan(pose, rng, index=k), wheels[k]).unfit for k, pose in enumerate(path))
+    assert not any(
+        one.track(room_scan(pose, rng, index=k, walls=AROUND), wheels[k]).unfit for k, pose in enumerate(path)
+    )
 
 
 def test_a_robot_that_creeps_is_followed() -> None:
@@ -73,7 +78,7 @@ def test_a_robot_that_creeps_is_followed() -> None:
     slow = se2.interpolate(path[:-1, None], path[1:, None], np.linspace(0, 1, 40, endpoint=False)).reshape(-1, 3)[:600]
     wheels = wrong(slow, np.array([0.5, 0.5, 1.0]))
     for k, pose in enumerate(slow):
-        one.track(room_scan(pose, rng, index=k), wheels[k])
+        one.track(room_scan(pose, rng, index=k, walls=AROUND), wheels[k])
     off = se2.between(se2.between(slow[0], slow), one.poses)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
     assert len(one.keys) > 3
@@ -84,7 +89,7 @@ def test_a_lost_key_scan_is_tied_loosely_where_no_odometry_tells_of_it() -> None
         TrackingConfig(distance=0.1), MatchingConfig(), SegmentationConfig(), MotionConfig()
     )  # fmt: skip
     for k, pose in enumerate(path[:16]):
-        scan = room_scan(pose, rng, index=k)
+        scan = room_scan(pose, rng, index=k, walls=AROUND)
         one.track(replace(scan, ranges=np.full(361, np.inf)) if k == 10 else scan, None)
     lost = [key.scan for key in one.keys].index(10)
     tie = next(factor for factor in one.factors if factor.j == lost)
@@ -96,7 +101,7 @@ def test_a_lost_key_scan_is_tied_loosely_where_no_odometry_tells_of_it() -> None
 def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
     path, rng, one = loop_path(60), np.random.default_rng(6), tracker()
     for k, pose in enumerate(path[:40]):
-        scan = room_scan(pose, rng, index=k)
+        scan = room_scan(pose, rng, index=k, walls=AROUND)
         if 20 <= k < 24:
             scan = replace(scan, ranges=np.where(np.arange(361) % 40 == 0, 0.4, np.inf))
         tracked = one.track(scan, path[k])
@@ -109,7 +114,7 @@ def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
 def test_who_stands_before_the_laser_and_moves_along_is_no_wall(reach: float) -> None:
     path, rng, one = loop_path(60), np.random.default_rng(6), tracker()
     for k, pose in enumerate(path):
-        scan = room_scan(pose, rng, index=k)
+        scan = room_scan(pose, rng, index=k, walls=AROUND)
         if 30 <= k < 42:
             hidden = rng.random(361) < 0.95
             scan = replace(scan, ranges=np.where(hidden, reach + rng.normal(0.0, 0.01, 361), scan.ranges))
@@ -119,9 +124,18 @@ def test_who_stands_before_the_laser_and_moves_along_is_no_wall(reach: float) ->
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
 
 
+def test_a_blocked_scan_is_lost_however_well_it_fits_where_odometry_tells_of_the_motion() -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(12), tracker()
+    for k, pose in enumerate(path[:30]):
+        scan = room_scan(pose, rng, index=k, walls=AROUND)
+        if k == 20:
+            scan = replace(scan, ranges=np.minimum(scan.ranges, 0.55))
+        assert one.track(scan, path[k]).lost == (k == 20)
+
+
 def test_standing_still_makes_no_key_scans() -> None:
     rng, one, pose = np.random.default_rng(7), tracker(), np.array([2.0, 1.5, 0.0])
-    keys = [one.track(room_scan(pose, rng, index=k), pose).key for k in range(10)]
+    keys = [one.track(room_scan(pose, rng, index=k, walls=AROUND), pose).key for k in range(10)]
     assert keys == [True] + [False] * 9
     assert len(one.poses) == 10
 
