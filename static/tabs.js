@@ -9,27 +9,28 @@ export function openTab(name) {
   tab?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", code: "Enter", bubbles: true }));
 }
 
-let known = null; // the tab that Python knows of; null before it has said which one to open
+let known = null; // the open tabs that Python knows of; null before it has said which to open
 
 function report() {
-  const name = document.querySelector("[role=tab][aria-selected=true]")?.textContent.trim().toLowerCase();
-  if (known === null || !name || name === known) return;
-  known = name;
-  send("tab", name);
+  const open = [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim());
+  const names = open.join().toLowerCase();
+  if (known === null || !names || names === known) return;
+  known = names;
+  send("tab", names);
 }
 
 // The viewer's own tabs come after the page: keep trying for a while.
-function restore(name, tries = 40) {
+function restore(names, tries = 40) {
   known = null;
-  if (!name) known = "";
+  if (!names) known = "";
   else if (document.querySelector("[role=tab]")) {
-    openTab(name);
-    known = name;
-  } else if (tries) setTimeout(() => restore(name, tries - 1), 100);
+    names.split(",").forEach(openTab);
+    known = names;
+  } else if (tries) setTimeout(() => restore(names, tries - 1), 100);
 }
 
 export function start() {
-  on("tab", (name) => restore(name));
+  on("tab", (names) => restore(names));
   setInterval(report, 300);
   watchActions(() => {
     for (const { id } of rows()) if (id.startsWith("tab-")) does(id, () => openTab(id.slice(4)));

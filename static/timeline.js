@@ -52,13 +52,15 @@ const counter = document.createElement("label");
 const jump = document.createElement("input");
 const total = document.createElement("span");
 const note = document.createElement("span");
+const status = document.createElement("div");
+const progress = document.createElement("i");
+const doing = document.createElement("span");
 const speed = document.createElement("select");
 
 function show() {
   const last = Math.max(state.length - 1, 0);
   for (const [id, made] of buttons) if (id !== "play") dress(made, id, titleOf(id));
-  const doing = state.playing ? "pause" : "play";
-  dress(buttons.get("play"), doing, titleOf("play", doing === "play" ? "Play" : "Pause"));
+  dress(buttons.get("play"), state.playing ? "pause" : "play", titleOf("play", state.playing ? "Pause" : "Play"));
   slider.max = last;
   slider.disabled = state.length === 0;
   for (const each of buttons.values()) each.disabled = state.length === 0;
@@ -119,7 +121,10 @@ function build() {
   controls.append(...buttons.values());
   track.append(strip, slider);
   row.append(counter, note, controls, speed);
-  bar.append(track, row);
+  status.className = "scope-status";
+  status.setAttribute("role", "status");
+  status.append(progress, doing);
+  bar.append(track, row, status);
   layer.append(bar);
   return bar;
 }
@@ -153,6 +158,13 @@ export function start() {
     bar.hidden = false;
     coverBottom(bar.offsetHeight + CORNERS);
     show();
+  });
+  on("status", ({ text, busy, fraction }) => {
+    doing.textContent = text;
+    status.classList.toggle("scope-busy", busy);
+    progress.style.width = busy ? `${100 * (fraction ?? 1)}%` : "0";
+    bar.hidden = false;
+    coverBottom(bar.offsetHeight + CORNERS);
   });
   on("marks", (value) => {
     marks = value;

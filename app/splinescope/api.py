@@ -51,8 +51,8 @@ def open_workbench(
 ) -> Workbench:
     """Serve the page with a log, given by its path or the name of a sample, that is being processed from now on.
 
-    Raises SplineSlamError where it cannot be read, ConfigError where the address cannot be had. `session` is the file that
-    remembers layers and views. `port` 0 takes any free one.
+    Raises SplineSlamError where it cannot be read, ConfigError where the address cannot be had. `session` is the file
+    that remembers layers and views. `port` 0 takes any free one.
     """
     scope = Workbench(Viewer(open_page(host, port, title="SplineScope"), session or prefs.default_path()))
     try:

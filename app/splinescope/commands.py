@@ -118,7 +118,7 @@ class LookFrom:
 
 @dataclass(frozen=True, slots=True)
 class ShowTab:
-    """The driver's page has opened this tab."""
+    """The driver's page shows these tabs: their names with commas between them."""
 
     name: str
 

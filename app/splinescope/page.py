@@ -39,6 +39,7 @@ logger = logging.getLogger(__name__)
 
 FIELD_OF_VIEW = 0.002  # rad: so narrow that the view is parallel to a thousandth of what is seen
 BRAND = (0, 114, 178)
+SIDE_WIDTH = 352.0
 
 ActionCallback = Callable[[str], None]
 ClickCallback = Callable[[Float[np.ndarray, "2"], float, viser.ClientHandle], None]
@@ -82,6 +83,7 @@ class Page:
         server.scene.configure_default_lights(enabled=False)
         server.gui.set_panel_label(title)
         server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(SIDE_WIDTH)
         server._websock_server.register_handler(PageEvent, self._receive)
         server.on_client_disconnect(self._forget)
         self.set_dark(True)

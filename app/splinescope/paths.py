@@ -27,6 +27,10 @@ def sample_logs() -> dict[str, Path]:
     return {path.name: path for path in found}
 
 
+SAMPLE = "office"
+"""The log that a first visitor sees."""
+
+
 def find_log(given: str) -> Path:
     """A path as it was given, or the sample log of that name (`office`, `office.mcap`)."""
     path = Path(given).expanduser()

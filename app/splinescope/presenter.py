@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -14,8 +14,10 @@ from splinescope.page import Bounds, Mark, Page, TimelineState
 from splinescope.page_values import Place
 from splinescope.panels.panel import Post
 from splinescope.panels.side_bar import SideBar
+from splinescope.panels.status import status_line
 from splinescope.scene import Scene
 from splinescope.session import Session
+from splinescope.stage import stage_of
 from splinescope.view import MapView
 from splinescope.visitors import Visitors
 
@@ -36,7 +38,7 @@ class Presenter:
         self._side_bar = SideBar(page.server.gui, post)
         self._turned = 0.0
         self._links = 0
-        self._refusals: dict[str, str] | None = None
+        self._said: dict[str, object] = {}
         page.send("actions", described())
         self._drawn = self._refreshed = -1
         self._draw_time = self._panel_time = self._mark_time = 0.0
@@ -70,7 +72,12 @@ class Presenter:
             self._panel_time, self._refreshed = now, session.revision
             with self._page.server.atomic():
                 self._side_bar.refresh(session)
-            self._refuse(refusals(session))
+            self._say("refusals", refusals(session))
+            stage = stage_of(session)
+            self._say("stage", None if stage is None else asdict(stage))
+            activity = session.activity
+            fraction = activity.fraction if activity is not None else None
+            self._say("status", {"text": status_line(session), "busy": activity is not None, "fraction": fraction})
 
     def page_moved(self) -> None:
         """Some page sees another part of the world, or a new one has come."""
@@ -171,10 +178,11 @@ class Presenter:
             self._marks = marks(self._session)
         return self._marks
 
-    def _refuse(self, now: dict[str, str]) -> None:
-        if now != self._refusals:
-            self._refusals = now
-            self._page.send("refusals", now)
+    def _say(self, topic: str, value: object) -> None:
+        """Give every page a value, if it is another one than before."""
+        if topic not in self._said or self._said[topic] != value:
+            self._said[topic] = value
+            self._page.send(topic, value)
 
     def _notify(self) -> None:
         notices, self._session.notices = self._session.notices, []

@@ -33,7 +33,7 @@ from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.page import Page, open_page
 from splinescope.panels import closures
-from splinescope.paths import find_log
+from splinescope.paths import SAMPLE, find_log
 from splinescope.picking import pick
 from splinescope.presenter import Presenter
 from splinescope.ruler import picked_from
@@ -49,7 +49,6 @@ KEEPING = 1.0
 NOT_MEASURABLE = Notice("Nothing to measure there", "Click a curve of the map, a control point or a key pose.")
 OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press A to take control back.")
 WATCHING = Notice("You are watching", "Another page drives what all see. Press A to take control.")
-FIRST_SAMPLE = "office"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,7 +110,7 @@ def view(
     `session` is the file that remembers layers and theme. Raises SplineSlamError when the address cannot be had.
     """
     viewer = Viewer(open_page(host, port, title="SplineScope"), session or prefs.default_path())
-    viewer.post(ask.OpenLog(log or find_log(FIRST_SAMPLE)))
+    viewer.post(ask.OpenLog(log or find_log(SAMPLE)))
     print(*viewer.addresses, sep="\n", flush=True)  # noqa: T201
     if browser:
         threading.Thread(target=webbrowser.open, args=(viewer.address,), daemon=True).start()

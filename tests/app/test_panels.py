@@ -30,6 +30,7 @@ from splinescope.panels import (
 from splinescope.panels.side_bar import SideBar
 from splinescope.preferences import Preferences
 from splinescope.session import Session
+from splinescope.stage import stage_of
 from splinescope.view import Layer, Selection
 
 
@@ -58,8 +59,9 @@ def test_the_status_names_the_log_the_job_and_the_time_left(finished: Session) -
     assert "corridor.log" in text
     assert "Matching scans · 25 % · 1 min 20 s left" in text
     finished.estimation.activity = None
-    assert f"{len(finished.findings.snapshot.map) if finished.findings.snapshot else 0:,} splines" in "".join(
-        status.headline(finished)
+    assert (
+        f"{len(finished.findings.snapshot.map) if finished.findings.snapshot else 0:,} splines"
+        in status.status_line(finished)
     )
 
 
@@ -73,6 +75,22 @@ def test_the_status_says_up_to_which_scan_a_map_that_grows_is_adjusted(finished:
     assert "Adjusted up to scan 1,234" in "".join(status.headline(finished))
     finished.receive(MapChanged(7, shown))
     assert "Not adjusted yet" in "".join(status.headline(finished))
+
+
+def test_the_middle_says_what_there_is_instead_of_a_map(finished: Session, empty: Session) -> None:
+    assert stage_of(finished) is None
+    nothing = stage_of(empty)
+    assert nothing is not None and (nothing.kind, nothing.action) == ("empty", "open-sample")
+    request = ask.OpenLog(Path("a.log"))
+    empty.apply(request)
+    loading = stage_of(empty)
+    assert loading is not None and (loading.kind, loading.title) == ("loading", "Opening a.log…")
+    empty.apply(ask.LogRefused(request, "a.log: is damaged"))
+    error = stage_of(empty)
+    assert error is not None and (error.kind, error.text) == ("error", "a.log: is damaged")
+    finished.findings.log = replace(corridor_log(np.random.default_rng(1), 5), scans=())
+    bare = stage_of(finished)
+    assert bare is not None and bare.title == "This log holds no scans"
 
 
 def test_the_status_of_nothing_says_where_to_begin(empty: Session) -> None:

@@ -13,6 +13,7 @@ from playwright.sync_api import Locator, expect
 from app.browser import READY, Window, until
 from app.logs import corridor_log, write_carmen
 from splinescope import commands as ask
+from splinescope.actions import ACTIONS
 from splinescope.actions.page import TABS
 from splinescope.grades import WIDTHS
 from splinescope.link import Link
@@ -180,6 +181,66 @@ def test_quality_is_measured_and_colours_the_curves(ready: Viewer, open_window: 
         until(lambda c=colouring: ready.session.preferences.colouring is c, "the next colouring")
 
 
+WILD = """
+([seed, count]) => {
+  const next = () => (seed = (1103515245 * seed + 12345) % 2147483648) / 2147483648;
+  const any = (list) => list[Math.floor(next() * list.length)];
+  const canvas = __viserMutable.canvas, box = canvas.getBoundingClientRect();
+  for (let i = 0; i < count; i++) {
+    const kind = next();
+    if (kind < 0.55) {
+      const [key, more] = any(window.wildKeys);
+      const open = document.querySelector("dialog[open]");
+      const target = open?.querySelector("input") ?? open ?? document.body;
+      target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more }));
+    } else if (kind < 0.8) {
+      const at = { clientX: box.left + next() * box.width, clientY: box.top + next() * box.height, button: 0,
+                   pointerId: 1, isPrimary: true, bubbles: true };
+      canvas.dispatchEvent(new PointerEvent("pointerdown", at));
+      canvas.dispatchEvent(new PointerEvent("pointerup", at));
+    } else if (kind < 0.9) {
+      any([...document.querySelectorAll(".scope-button, header .scope-close, .scope-legend summary")]).click();
+    } else {
+      const tab = any([...document.querySelectorAll("[role=tab]")]);
+      tab.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", code: "Enter", bubbles: true }));
+    }
+  }
+  return seed;
+}
+"""
+"""So many things that a person could do, in no order: keys, clicks in the map, on buttons and on tabs."""
+
+
+def test_two_thousand_wild_events_leave_a_page_that_works(ready: Viewer, open_window: Opener) -> None:
+    window, seed = open_window(ready.url), 7
+    heavy = {"run", "optimise", "open-sample", "copy-link"}
+    names = [key for action in ACTIONS.values() for key in action.keys if action.id not in heavy]
+    window.page.evaluate("keys => (window.wildKeys = keys)", [[*pressed(name)] for name in names])
+    for _ in range(40):
+        seed = window.page.evaluate(WILD, [seed, 50])
+        window.page.wait_for_timeout(20)
+    for _ in range(4):
+        window.page.keyboard.press("Escape")
+    expect(window.page.locator("dialog[open]")).to_have_count(0)
+    until(lambda: ready.session.opening is None and not ready.session.busy, "rest", PATIENCE)
+    assert ready.session.title == "corridor.log"
+    assert not [trouble for trouble in ready.session.troubles if "Something went wrong" in trouble]
+    window.page.keyboard.press("End")
+    until(lambda: ready.session.cursor == SCANS - 1, "a step after all that")
+    assert window.camera()["up"][1] == pytest.approx(0.0, abs=1e-9)
+    for command in (ask.RobotUp(False), ask.FollowRobot(False), ask.SetDark(True), ask.SetColouring(Colouring.SPLINE)):
+        ready.post(command)
+    ready.post(ask.ShowObservation(False))
+    for layer in Layer:
+        ready.post(ask.SetLayer(layer, layer in FIRST_LAYERS))
+
+
+def pressed(name: str) -> tuple[str, dict[str, bool]]:
+    """A key by its name, as an event tells it."""
+    *modifiers, key = name.split("+") if len(name) > 1 else [name]
+    return key, {"shiftKey": "Shift" in modifiers, "ctrlKey": "Ctrl" in modifiers, "altKey": "Alt" in modifiers}
+
+
 def test_a_bad_file_is_a_sentence_and_the_open_log_stays(ready: Viewer, open_window: Opener, tmp_path: Path) -> None:
     bad = tmp_path / "<b>bad.log"
     bad.write_bytes(bytes(range(256)) * 4)
@@ -244,7 +305,7 @@ def test_every_setting_of_the_view_survives_a_reload(ready: Viewer, open_window:
     page.mouse.move(300, 300)
     page.mouse.wheel(0, -300)
     before = window.settled()
-    until(lambda: ready.session.place and ready.session.tab == "quality" and ready.session.selection, "all of it")
+    until(lambda: ready.session.place and "quality" in ready.session.tab and ready.session.selection, "all of it")
     said = ready.session.remembered
     page.reload()
     page.wait_for_function(READY)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from splinescope.actions.action import Action, PageRequest, with_log
 
-TABS = ("Layers", "Scan", "Estimate", "Compare", "Quality", "Log")
-"""The tabs of the side bar, from the left."""
+TABS = ("Layers", "Log", "Scan", "Estimate", "Compare", "Quality")
+"""The tabs, from the left."""
 
 PAGE = (
     Action("palette", "Find an action by its name", ("Ctrl+k", "/"), PageRequest.SCRIPT),

@@ -13,12 +13,10 @@ from splinescope.panels.decisions import DecisionsPanel
 from splinescope.panels.estimate import EstimatePanel
 from splinescope.panels.inspector import InspectorPanel
 from splinescope.panels.iterations import IterationsPanel
-from splinescope.panels.layers import LayersPanel
-from splinescope.panels.log import LogPanel
+from splinescope.panels.log_side import LogSide
 from splinescope.panels.lost import LostPanel
 from splinescope.panels.observation import ObservationPanel
 from splinescope.panels.panel import Panel, Post
-from splinescope.panels.picture import PicturePanel
 from splinescope.panels.ruler import RulerPanel
 from splinescope.panels.status import StatusPanel
 from splinescope.panels.style import STYLE
@@ -27,7 +25,10 @@ from splinescope.session import Session
 
 
 class SideBar:
-    """Status and inspector always in sight, the rest under tabs; observations in a window of their own."""
+    """On the right status and inspector, always in sight, and the work under tabs; on the left layers and log.
+
+    Observations have a window of their own.
+    """
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         gui.add_html(STYLE)
@@ -36,10 +37,6 @@ class SideBar:
             self._panels.append(InspectorPanel(gui, post))
             self._panels.append(RulerPanel(gui, post))
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Layers"):
-            self._panels.append(LayersPanel(gui, post))
-            with gui.add_folder("Picture"):
-                self._panels.append(PicturePanel(gui, post))
         with tabs.add_tab("Scan"):
             self._panels.append(DecisionsPanel(gui, post))
             with gui.add_folder("Time and place"):
@@ -52,9 +49,7 @@ class SideBar:
         with tabs.add_tab("Quality"):
             for panel in (CrispnessPanel, ClosuresPanel, LostPanel, CalibrationPanel, ConsistencyPanel):
                 self._panels.append(panel(gui, post))
-        with tabs.add_tab("Log"):
-            self._panels.append(LogPanel(gui, post))
-        self._panels.append(ObservationPanel(gui, post))
+        self._panels += [LogSide(gui, post), ObservationPanel(gui, post)]
 
     def refresh(self, session: Session) -> None:
         for panel in self._panels:

@@ -47,9 +47,18 @@ def headline(session: Session) -> list[str]:
             parts.append(table.paragraph(adjusted(session.activity), "dim"))
     elif session.log is None:
         parts.append(table.paragraph("No log is open. Choose one under Log."))
-    elif session.findings.snapshot is not None:
-        parts.append(table.paragraph(summary(session), "dim"))
     return parts
+
+
+def status_line(session: Session) -> str:
+    """What goes on, or what there is, in one line."""
+    if session.opening is not None:
+        return f"Opening {session.opening.title or session.opening.path.name}…"
+    if session.activity is not None:
+        return doing(session)
+    if session.log is None:
+        return "No log is open."
+    return summary(session)
 
 
 def doing(session: Session) -> str:
