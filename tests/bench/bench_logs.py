@@ -14,7 +14,7 @@ from time import perf_counter
 from typing import Any
 
 from bench.processes import run_module
-from bench.recordings import recordings, recordings_folder
+from bench.recordings import recordings
 
 COLUMNS = (
     "log", "scans", "keys", "splines", "points", "χ²/dof", "wall s", "CPU s", "scans s", "adjust s", "covar s", "MB",
@@ -49,14 +49,14 @@ def mapped(log: Path, out: Path) -> dict[str, Any]:
 
 def figures(log: Path, out: Path) -> dict[str, Any]:
     """How well the map fits beams that it was not fitted to, and the mean errors against hand-checked relations, or
-    against the truth beside the log, where there are any."""
+    against the truth, where there are any beside the log."""
     found = evaluated(out, "--log", log)
     row: dict[str, Any] = {
         "held mm": round(1e3 * found["held_out"]["rms_within_5cm_m"], 2),
         "in 3 cm": round(found["held_out"]["share_within_3cm"], 3),
     }
     for name, file in (("clean", "-clean.relations"), ("all", ".relations")):
-        relations = recordings_folder() / f"{log.name.split('-')[0]}{file}"
+        relations = log.with_name(log.name.split("-")[0] + file)
         if relations.exists():
             errors = evaluated(out, "--relations", relations)["relations"]
             row[f"{name} m"] = round(errors["translation_m"]["mean"], 4)
