@@ -33,7 +33,7 @@ from bspline_slam.edits.edit import (
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.loop_edits import close_loop, drop_loop, moved_poses, pin_pose, rebuilt
 from bspline_slam.edits.piece_edits import forbid, force, ignore, make_new, split_segment
-from bspline_slam.edits.problem import Changes, changed_graph, moved_units
+from bspline_slam.edits.problem import FAR, Changes, changed_graph, held_by_hand, linearised, moved_units
 from bspline_slam.edits.spline_edits import merge_splines, pin_spline, split_spline
 from bspline_slam.errors import Cancelled, EditError
 from bspline_slam.sights import collect_sights, find_feet
@@ -161,22 +161,30 @@ def _supported(ground: Ground, decisions: Decisions) -> Decisions:
 def settled(
     ground: Ground, decisions: Decisions, progress: StageProgress = quiet, cancelled: Cancelling = never
 ) -> tuple[Decisions, Estimate]:
-    """Linearise and solve until nothing moves: the decisions at the optimum, and the estimate."""
-    changes = Changes.of(ground, decisions)
-    for number in range(MOST_ROUNDS):
+    """Solve, and linearise what is loose anew, until nothing moves: the decisions at the optimum, and the estimate.
+
+    Loose are beams that a person holds to a spline, and what has moved far since it was linearised.
+    """
+    changes, loose = Changes.of(ground, decisions), True
+    held, number = held_by_hand(decisions, changes), 0
+    new, place = linearised(ground, decisions, changes), decisions.poses
+    while loose and number < MOST_ROUNDS:
         if cancelled():
             raise Cancelled("the edits were cancelled")
-        graph = changed_graph(ground, decisions, changes)
 
         def note(record: IterationRecord, number: int = number) -> None:
             progress("edits", (number + min(record.index, 4) / 5) / MOST_ROUNDS, record)
 
+        graph = changed_graph(ground, decisions, changes, new)
         estimate = back_end("direct", WARM).solve(graph, progress=note, cancelled=cancelled)
-        before, decisions = decisions.poses, _moved(decisions, estimate)
-        changes = changes.with_units(moved_units(ground, decisions, changes))
-        if np.abs(decisions.poses - before).max(initial=0.0) < AT_REST:
-            break
-    estimate = back_end("direct").solve(changed_graph(ground, decisions, changes), cancelled=cancelled)
+        step, decisions = estimate.poses - decisions.poses, _moved(decisions, estimate)
+        number, more = number + 1, moved_units(ground, decisions, changes)
+        far = np.abs(decisions.poses - place).max() > FAR
+        loose = np.abs(step).max() > AT_REST and (held or far or bool(more))
+        if loose:
+            changes = changes.with_units(more)
+            new, place = linearised(ground, decisions, changes), decisions.poses
+    estimate = back_end("direct").solve(changed_graph(ground, decisions, changes, new), cancelled=cancelled)
     return _moved(decisions, estimate), estimate
 
 

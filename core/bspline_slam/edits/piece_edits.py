@@ -86,8 +86,13 @@ def split_segment(decisions: Decisions, edit: SplitSegment) -> Decisions:
 
 def rms_across(spline: MapSpline, points: Float[np.ndarray, "m 2"]) -> float:
     """RMS distance of world points across a spline (m)."""
+    return float(np.sqrt(np.mean(np.square(across(spline, points)))))
+
+
+def across(spline: MapSpline, points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
+    """Signed distances of world points across a spline (m)."""
     t = spline.curve.foot_points(points)
-    return float(np.sqrt(np.mean((((points - spline.curve(t)) * spline.curve.normals(t)).sum(1)) ** 2)))
+    return ((points - spline.curve(t)) * spline.curve.normals(t)).sum(1)
 
 
 def _given(decisions: Decisions, piece: OnPiece, verdict: Verdict, spline: int | None, distance: float) -> Decisions:

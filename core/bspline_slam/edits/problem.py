@@ -71,27 +71,35 @@ def _by_spline(associations: Sequence[Association]) -> dict[int, list[Associatio
 
 
 def linearised(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
-    """The problem of the changed units and drawn splines alone; beams that a person gave to a spline have no gate."""
-    keys = tuple(_only(number, key, changes) for number, key in enumerate(decisions.keys))
+    """The terms of the changed units and drawn splines alone, as a graph without poses of its own: its factors carry
+    the numbers of the decisions' poses. Beams that a person gave to a spline have no gate."""
+    told = [(number, key) for number, key in _concerned(decisions, changes) if key.associations]
+    told = told or [(0, replace(decisions.keys[0], associations=()))]
+    keys, numbers = [key for _, key in told], [number for number, _ in told]
     named = {a.spline for key in keys for a in key.associations}
     splines = SplineMap(tuple(spline for spline in decisions.splines if spline.id in named))
     sights, place = collect_sights(keys, splines), {spline.id: k for k, spline in enumerate(splines)}
     by_hand = [(place[a.spline], a.by == "hand") for key in keys for a in key.associations if a.spline in place]
     held = np.array([hand for _, hand in sorted(by_hand, key=lambda piece: piece[0])], dtype=bool)
     gates = np.where(held[sights.piece], np.inf, ground.config.adjustment.gates[-1])
-    return build_graph(keys, decisions.poses, splines, (), sights, ground.config.adjustment, ground.model, gates)
-
-
-def _only(number: int, key: KeyObservations, changes: Changes) -> KeyObservations:
-    """The associations of a key scan that are to be linearised."""
-    if not key.associations:
-        return key
-    chosen = tuple(
-        a
-        for a in key.associations
-        if a.spline is not None and (a.spline in changes.drawn or (number, a.spline) in changes.units)
+    graph = build_graph(
+        keys, decisions.poses[numbers], splines, (), sights, ground.config.adjustment, ground.model, gates
     )
-    return replace(key, associations=chosen)
+    factors = tuple(replace(factor, pose=numbers[factor.pose]) for factor in graph.spline_factors)
+    return replace(graph, spline_factors=factors)
+
+
+def _concerned(decisions: Decisions, changes: Changes) -> Iterator[tuple[int, KeyObservations]]:
+    """The key scans of changed units and those that saw drawn splines, with these associations alone."""
+    numbers = range(len(decisions.keys)) if changes.drawn else sorted({number for number, _ in changes.units})
+    for number in numbers:
+        key = decisions.keys[number]
+        chosen = tuple(
+            a
+            for a in key.associations
+            if a.spline is not None and (a.spline in changes.drawn or (number, a.spline) in changes.units)
+        )
+        yield number, replace(key, associations=chosen)
 
 
 def moved_units(ground: Ground, decisions: Decisions, changes: Changes) -> set[Unit]:
@@ -114,10 +122,19 @@ def moved_units(ground: Ground, decisions: Decisions, changes: Changes) -> set[U
     return {(kept[k][2].pose, kept[k][0]) for k in far}
 
 
-def changed_graph(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
-    """The problem with the factors of the changes exchanged, at the present poses and curves."""
-    old, new = ground.estimate.graph, linearised(ground, decisions, changes)
-    drawn = changes.drawn
+def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
+    """Whether beams are held to a spline however far they lie from it: the robust weight of these changes with every
+    step, so that they have to be linearised again and again."""
+    return any(
+        a.by == "hand" and a.spline is not None and (a.spline in changes.drawn or (number, a.spline) in changes.units)
+        for number, key in enumerate(decisions.keys)
+        for a in key.associations
+    )
+
+
+def changed_graph(ground: Ground, decisions: Decisions, changes: Changes, new: Graph) -> Graph:
+    """The problem with the factors of the changes exchanged for those of `new`, at the present poses and curves."""
+    old, drawn = ground.estimate.graph, changes.drawn
     factors = [
         *(
             term
@@ -143,7 +160,7 @@ def changed_graph(ground: Ground, decisions: Decisions, changes: Changes) -> Gra
         spline_factors=tuple(_placed(factors, places)),
         pose_factors=pose_factors(ground, decisions),
         pose_priors=(*old.pose_priors, *pins(decisions, ground.config.adjustment.anchor)),
-        shape_priors=(*_placed(bends, places), *_pinned(decisions, places)),
+        shape_priors=(*_placed(bends, places), *pinned(decisions, places)),
     )
 
 
@@ -175,7 +192,7 @@ def pose_factors(ground: Ground, decisions: Decisions) -> tuple[PoseFactor, ...]
     return tuple(weighted.get(id(factor), factor) for factor in decisions.factors)
 
 
-def _pinned(decisions: Decisions, places: Mapping[int, int]) -> Iterator[ShapePrior]:
+def pinned(decisions: Decisions, places: Mapping[int, int]) -> Iterator[ShapePrior]:
     """What holds pinned splines."""
     for spline in sorted(decisions.spline_pins.keys() & places.keys()):
         points = decisions.spline_pins[spline]

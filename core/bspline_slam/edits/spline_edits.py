@@ -16,7 +16,7 @@ from bspline_slam.errors import EditError
 from bspline_slam.fitting import cumulated_chords
 from bspline_slam.models.protocol import Model
 from bspline_slam.segmentation import ScanSegment
-from bspline_slam.spline_map import MapSpline
+from bspline_slam.spline_map import MapSpline, SplineMap
 
 SAMPLING = 0.05
 """Distance (m) between the points of a curve that is drawn anew."""
@@ -106,12 +106,13 @@ def merge_splines(decisions: Decisions, edit: MergeSplines, model: Model) -> Dec
 def pin_spline(decisions: Decisions, edit: PinSpline) -> Decisions:
     """The spline with the curve that it is pinned to."""
     spline = decisions.spline(edit.spline)
-    if edit.degree != spline.curve.degree:
-        raise EditError(f"spline {edit.spline} has degree {spline.curve.degree}, it was pinned with {edit.degree}")
     history = (*spline.history, "pinned by hand")
     pinned = replace(spline, curve=edit.curve, span=edit.span, history=history)
     pins = {**decisions.spline_pins, spline.id: edit.curve.control_points}
-    return replace(decisions.with_spline(pinned), spline_pins=pins)
+    others = tuple(pinned if one.id == spline.id else one for one in decisions.splines)
+    same = np.array_equal(spline.curve.knots, pinned.curve.knots) and spline.span == pinned.span  # so is the degree
+    moved = replace(decisions, splines=SplineMap(others)) if same else decisions.with_spline(pinned)
+    return replace(moved, spline_pins=pins)
 
 
 def lengthened_through(spline: MapSpline, points: Float[np.ndarray, "m 2"], model: Model) -> MapSpline:

@@ -36,21 +36,6 @@ SAMPLES = Path(__file__).parents[3] / "sample_logs"
 MADE = FIRST_MADE_BY_HAND
 
 
-@pytest.fixture(scope="module")
-def config() -> SlamConfig:
-    return SlamConfig()
-
-
-@pytest.fixture(scope="module")
-def base(config: SlamConfig) -> Snapshot:
-    return run_slam(open_log(SAMPLES / "three_splines.log.gz"), config).snapshot
-
-
-@pytest.fixture(scope="module")
-def piece(base: Snapshot) -> Association:
-    return longest_piece(base)
-
-
 def longest_piece(base: Snapshot) -> Association:
     """The longest piece of a scan in the middle that is given to a spline."""
     pieces = base.observations[11].associations

@@ -1,0 +1,198 @@
+"""The quick answer: what an edit does to the map, in a few hundredths of a second.
+
+The Cholesky factor H of the problem that was solved last is kept. An edit takes some factors out of the problem and
+puts others in: (H + Δ) x = −g, with a Δ of low rank, is solved by conjugate gradients preconditioned with H, which
+takes about as many steps as Δ has ranks. Since H z = r is what the preconditioner solved, H times a search direction
+follows from the residuals, and H itself is never needed. New control points are eliminated first, as one block. And
+so on from there until the map rests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_array
+
+from bspline_slam import se2
+from bspline_slam.backends.direct import FullProblem, LinearisedBlocks
+from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
+from bspline_slam.backends.sparse_cholesky import Factor
+from bspline_slam.backends.statistics import measures
+from bspline_slam.edits.decisions import Decisions
+from bspline_slam.edits.exchange import Exchange, Unknowns, put_in, taken_out
+from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.problem import Changes, held_by_hand, on_splines
+from bspline_slam.errors import SolverError
+from bspline_slam.spline_map import SplineMap
+
+MOST_ROUNDS = 6
+AT_REST = 2e-4
+"""Rounds end when no pose moves by more than this (m, rad)."""
+CLIMB = 1.0
+"""A round whose change of the cost is worse than that of the one before by this share (and by 1) is taken back."""
+MOST_STEPS = 40
+ACCURATE = 1e-4
+"""Conjugate gradients end when the preconditioned residual has fallen to this share of the first one."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Footing:
+    """A solved problem made ready for quick answers: cost, gradient and Cholesky factor at its optimum, and which of
+    its factors measure which spline."""
+
+    ground: Ground
+    problem: FullProblem
+    state: State
+    cost: float
+    gradient: Float[np.ndarray, "o"]
+    factor: Factor
+    measuring: Mapping[int, tuple[int, ...]]
+
+    @classmethod
+    def of(cls, ground: Ground) -> Footing:
+        """Factorise the problem of a ground at its estimate."""
+        graph = ground.estimate.graph
+        problem, state = FullProblem.from_graph(graph), State(ground.estimate.poses, ground.estimate.control_points)
+        measuring: dict[int, list[int]] = {}
+        for k, (spline, _, factor) in enumerate(on_splines(graph, graph.spline_factors)):
+            if measures(factor):
+                measuring.setdefault(spline, []).append(k)
+        found = {spline: tuple(numbers) for spline, numbers in measuring.items()}
+        system = problem.linearise(state)
+        return cls(ground, problem, state, problem.cost(state), _flat(system.blocks.gradient), _factor(system), found)
+
+    def gradient_at(self, state: State) -> Float[np.ndarray, "o"]:
+        """The gradient of the cost at some state."""
+        return self.gradient if state is self.state else _flat(self.problem.linearise(state).blocks.gradient)
+
+
+def _factor(system: LinearisedBlocks) -> Factor:
+    """That of Newton's matrix, or of Gauss and Newton's where that is none of a minimum."""
+    try:
+        return system.analysis.factorise(system.blocks.newton())
+    except SolverError:
+        return system.factorise()
+
+
+def _flat(state: State) -> Float[np.ndarray, "o"]:
+    return np.concatenate([state.poses.ravel(), state.control_points.ravel()])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Answer:
+    """Where edits take the map: the decisions there, how much the cost ½Σρ changes, and by what effort.
+
+    `largest_move` is that of a key pose (m). `at_rest` says whether the map would stay there.
+    """
+
+    decisions: Decisions
+    cost_change: float
+    largest_move: float
+    rounds: int
+    steps: int
+    at_rest: bool
+
+
+def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None] = lambda _: None) -> Answer:
+    """The quick answer to decisions that differ from those of the footing; `tell` is called with it after each round,
+    the first time as soon as there is one."""
+    ground, start = footing.ground, footing.state
+    changes = Changes.of(ground, decisions)
+    places, drawn = _places(footing, decisions, changes)
+    before = taken_out(ground, decisions, changes, footing.measuring)
+    curves = [decisions.splines[spline].curve.control_points for spline in drawn]
+    unknowns = (start.poses, np.concatenate([start.control_points, *curves]))
+    state, steps, number, at_rest = start, 0, 0, False
+    held, after = held_by_hand(decisions, changes), put_in(ground, decisions, changes, places)
+    void = Exchange.of(before, unknowns).matrix
+    found: Answer | None = None
+    while not at_rest and number < MOST_ROUNDS:
+        number += 1
+        after = put_in(ground, decisions, changes, places) if held and number > 1 else after
+        brought = Exchange.of(after, unknowns)
+        gradient = brought.gradient + Exchange.of(before, unknowns).gradient
+        gradient[: len(footing.gradient)] += footing.gradient_at(state)
+        x, taken = _solved(footing.factor, void + brought.matrix, gradient, len(footing.gradient))
+        unknowns, steps = _moved(unknowns, x), steps + taken
+        decisions = _at(decisions, unknowns, places)
+        at_rest = bool(np.abs(x[: start.poses.size]).max(initial=0.0) < AT_REST)
+        state = State(unknowns[0], unknowns[1][: len(start.control_points)])
+        change = footing.problem.cost(state) + sum(one.cost(unknowns) for one in (*before, *after)) - footing.cost
+        if found is not None and change > found.cost_change + CLIMB * (1.0 + abs(found.cost_change)):
+            return found
+        move = float(np.linalg.norm((unknowns[0] - start.poses)[:, :2], axis=1).max(initial=0.0))
+        found = Answer(decisions, float(change), move, number, steps, at_rest)
+        tell(found)
+    assert found is not None
+    return found
+
+
+def _places(footing: Footing, decisions: Decisions, changes: Changes) -> tuple[dict[int, int], list[int]]:
+    """Where each spline begins among all control points, and the drawn ones in their order there."""
+    graph = footing.ground.estimate.graph
+    places = dict(zip(graph.spline_ids.tolist(), graph.spline_first.tolist(), strict=False))
+    drawn, end = sorted(changes.drawn), len(footing.state.control_points)
+    for spline in drawn:
+        places[spline] = end
+        end += len(decisions.splines[spline].curve.control_points)
+    return places, drawn
+
+
+def _moved(unknowns: Unknowns, x: Float[np.ndarray, "u"]) -> Unknowns:
+    """The unknowns after a step, angles wrapped."""
+    poses, points = unknowns
+    moved = poses + x[: poses.size].reshape(-1, 3)
+    moved[:, 2] = se2.wrap(moved[:, 2])
+    return moved, points + x[poses.size :].reshape(-1, 2)
+
+
+def _at(decisions: Decisions, unknowns: Unknowns, places: Mapping[int, int]) -> Decisions:
+    """The decisions with these poses and curves."""
+    poses, points = unknowns
+    splines = []
+    for spline in decisions.splines:
+        first, count = places[spline.id], len(spline.curve.control_points)
+        splines.append(replace(spline, curve=spline.curve.with_control_points(points[first : first + count])))
+    return replace(decisions, poses=poses, splines=SplineMap(tuple(splines)))
+
+
+def _solved(
+    factor: Factor, change: csr_array, gradient: Float[np.ndarray, "u"], old: int
+) -> tuple[Float[np.ndarray, "u"], int]:
+    """(H + Δ) x = −g over all unknowns, and how many steps of conjugate gradients it took; H knows the `old` first."""
+    g, h = gradient[:old], gradient[old:]
+    inner = change[:old, :old]
+    if len(h) == 0:
+        return _conjugate_gradients(factor, lambda v: inner @ v, -g)
+    across = change[:old, old:]
+    eliminated = cho_factor(change[old:, old:].toarray() + STEP_INFORMATION * np.eye(len(h)))
+
+    def without_new(v: Float[np.ndarray, "o"]) -> Float[np.ndarray, "o"]:
+        return inner @ v - across @ cho_solve(eliminated, across.T @ v)
+
+    x, steps = _conjugate_gradients(factor, without_new, across @ cho_solve(eliminated, h) - g)
+    return np.concatenate([x, -cho_solve(eliminated, h + across.T @ x)]), steps
+
+
+def _conjugate_gradients(
+    factor: Factor, change: Callable[[Float[np.ndarray, "o"]], Float[np.ndarray, "o"]], right: Float[np.ndarray, "o"]
+) -> tuple[Float[np.ndarray, "o"], int]:
+    """(H + Δ) x = right, preconditioned with H: H times the direction p goes along with p."""
+    x, r = np.zeros_like(right), right
+    z = factor.solve(r[:, None])[:, 0]
+    p, Hp, rz = z, r, float(r @ z)
+    enough = ACCURATE**2 * rz
+    for step in range(1, MOST_STEPS + 1):
+        q = Hp + change(p)
+        curvature = float(p @ q)
+        if rz <= enough or curvature <= 0.0:
+            return x, step - 1
+        x, r = x + rz / curvature * p, r - rz / curvature * q
+        z = factor.solve(r[:, None])[:, 0]
+        before, rz = rz, float(r @ z)
+        p, Hp = z + rz / before * p, r + rz / before * Hp
+    return x, MOST_STEPS
