@@ -13,6 +13,7 @@ from pathlib import Path
 from bspline_slam import slam
 from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
+from bspline_slam.edits.amend import amended
 from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
@@ -85,8 +86,9 @@ class Jobs:
             case SolveMap(path=path, kept=kept, config=config):
                 before = self._unpacked(kept)
                 self._latest = optimise(self._open(path), before, config, reporter, self._send, cancelled)
-            case FindCovariances(path=path, kept=kept, config=config):
-                judge(self._open(path), self._unpacked(kept), config, reporter, self._send, cancelled)
+            case FindCovariances(path=path, kept=kept, config=config, edits=edits):
+                snapshot = amended(self._unpacked(kept), edits, config, cancelled=cancelled).snapshot
+                judge(self._open(path), snapshot, config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
 
             case MeasureMap(kept=kept, first=first, second=second):

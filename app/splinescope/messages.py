@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.edits.edit import Edit
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.measuring import Measurement, Picked
@@ -39,13 +40,14 @@ class SolveMap:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FindCovariances:
-    """How good a map is, `kept` as it was sent, made as the configuration says: its residuals, and of a solved one the
-    marginal covariances and how consistent it is."""
+    """How good a map is, `kept` as it was sent, made as the configuration says and then amended by hand: its residuals,
+    and of a solved one the marginal covariances and how consistent it is."""
 
     job: int
     path: Path
     kept: bytes
     config: SlamConfig
+    edits: tuple[Edit, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,13 +7,16 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig
+from splinescope.edit_messages import EditRequest
 from splinescope.messages import Failed, FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
 
 NICENESS = 5
@@ -23,11 +26,12 @@ NICENESS = 5
 class Worker:
     """Hands requests to a process of its own and gives every message it sends to `post` (from another thread).
 
-    Jobs are numbered from 1 in the order of asking and done in that order.
+    Jobs are numbered from 1 in the order of asking and done in that order, by the class `Jobs` of the module `jobs`.
     """
 
-    def __init__(self, post: Callable[[Message], None]) -> None:
+    def __init__(self, post: Callable[[Message], None], jobs: str = "splinescope.jobs") -> None:
         self._post = post
+        self._jobs = jobs
         self._context = multiprocessing.get_context("spawn")
         self._cancelled = self._context.Value("q", 0, lock=False)
         self._job = 0
@@ -41,7 +45,7 @@ class Worker:
         inbox, outbox = self._context.Pipe(duplex=False)
         self._requests = self._context.Queue()
         process = self._process = self._context.Process(
-            target=serve, args=(self._requests, outbox, self._cancelled), name="estimator", daemon=True
+            target=serve, args=(self._requests, outbox, self._cancelled, self._jobs), name=self._jobs, daemon=True
         )
         process.start()
         outbox.close()
@@ -60,9 +64,10 @@ class Worker:
         """Ask for a map to be solved again, `kept` being what came with it; returns the job's number."""
         return self._ask(SolveMap(self._job + 1, path, kept, config))
 
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int:
-        """Ask for the covariances of a map, `kept` being what came with it; returns the job's number."""
-        return self._ask(FindCovariances(self._job + 1, path, kept, config))
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        """Ask for the covariances of a map with hand edits, `kept` being what came with it before these; returns the
+        job's number."""
+        return self._ask(FindCovariances(self._job + 1, path, kept, config, edits))
 
     def measure(self, kept: bytes, first: Picked, second: Picked) -> int:
         """Ask how far two things of a map are apart, `kept` being what came with it; returns the job's number."""
@@ -79,7 +84,7 @@ class Worker:
             process.kill()
             process.join(5)
 
-    def _ask(self, request: Request) -> int:
+    def _ask(self, request: Request | EditRequest) -> int:
         self.start()
         self._job = request.job
         self._requests.put(request)
@@ -105,14 +110,12 @@ def obituary(exit_code: int | None) -> str:
     return f"The estimator ended unexpectedly ({reason}). What it had sent before stands."
 
 
-def serve(requests: Any, outbox: Connection, cancelled: Any) -> None:
+def serve(requests: Any, outbox: Connection, cancelled: Any, jobs_module: str) -> None:
     """The process: do requests for ever. It ends with the process that started it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    from splinescope.jobs import Jobs  # slow to import: the estimator and its solvers
-
-    jobs = Jobs(outbox.send)
+    jobs = import_module(jobs_module).Jobs(outbox.send)  # slow to import: the estimator and its solvers
     while True:
         request = requests.get()
         jobs.do(request, lambda job=request.job: cancelled.value >= job)

@@ -51,10 +51,12 @@ WARM = Stopping(decrease=1e-7, move=1e-5, iterations=20)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Amended:
-    """The result with edits, and of each edit why it could not be made (None: it was made)."""
+    """The result with edits, of each edit why it could not be made (None: it was made), and the ground that more edits
+    can start from (None for a result without edits)."""
 
     snapshot: Snapshot
     skipped: tuple[str | None, ...]
+    ground: Ground | None = None
 
 
 def amended(
@@ -74,7 +76,8 @@ def amended(
     ground = ground or Ground.of(base, config)
     ground, decisions, skipped = decide(ground, base, edits, cancelled)
     decisions, estimate = settled(ground, decisions, progress, cancelled)
-    return Amended(_snapshot(base, decisions, estimate), skipped)
+    after = replace(decisions, touched=frozenset(), reshaped=frozenset())
+    return Amended(_snapshot(base, decisions, estimate), skipped, replace(ground, decisions=after, estimate=estimate))
 
 
 # -- decisions -----------------------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ def test_the_quick_answer_is_the_optimum_of_the_exchanged_problem(
     exact = back_end("direct").solve(graph)
     np.testing.assert_allclose(quick.decisions.poses, exact.poses, atol=3e-4)
     change = sum(costs(exact).values()) - sum(costs(ground.estimate).values())
-    assert quick.cost_change == pytest.approx(change, abs=0.5)
+    assert quick.cost_change == pytest.approx(change, abs=4.0)  # gauges of curves drawn anew are no longer there
 
 
 @pytest.mark.parametrize("kind", ["force", "split and merge"])
