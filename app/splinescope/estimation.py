@@ -7,10 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+from jaxtyping import Float
+
 from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import ConfigError
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
+from bspline_slam.spline_map import SplineMap
 from splinescope import messages as told
 from splinescope.activity import Activity, Work, duration
 from splinescope.findings import Findings
@@ -26,7 +31,7 @@ class Estimator(Protocol):
 
     def process(self, path: Path, config: SlamConfig) -> int: ...
     def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
     def measure(self, kept: bytes, first: Picked, second: Picked) -> int: ...
     def cancel(self) -> None: ...
 
@@ -165,6 +170,26 @@ class Estimation:
             return
         self.results = self.results.without(result)
 
+    def amend(self, result: Result) -> None:
+        """This is the result of its number from now on; what was measured of it before is void."""
+        if self.results.find(result.number) is None:
+            return
+        self.results = self.results.updated(result)
+        if self.busy:
+            return
+        if self.results.shown is result:
+            self._take(result)
+        if self.activity is not None and self._measuring == result.number:
+            self._estimator.cancel()
+            self.activity = None
+        self._measure()
+
+    def glimpse(self, poses: Float[np.ndarray, "scans 3"], splines: SplineMap) -> None:
+        """Show what the result shown nearly becomes."""
+        snapshot = self._findings.snapshot
+        if snapshot is not None and not self.busy and len(poses) == len(snapshot.poses):
+            self._findings.show(replace(snapshot, poses=poses, map=splines))
+
     def _choice_refusal(self, result: Result | None) -> str | None:
         if self.busy:
             return "The estimator is at work; wait for its end, or cancel it."
@@ -188,7 +213,7 @@ class Estimation:
             return
         for result in (self.results.shown, self.results.compared):
             if result is not None and not result.measured and result.number not in self._given_up:
-                job = self._estimator.covariances(self._path, result.kept, result.recipe.config())
+                job = self._estimator.covariances(self._path, result.kept, result.recipe.config(), result.edits)
                 self.activity = Activity(Work.COVARIANCES, job, "Waiting its turn")
                 self._measuring = result.number
                 return

@@ -31,6 +31,19 @@ def pick(view: View, world_point: Float[np.ndarray, "2"], tolerance_m: float) ->
     return next((hit[1] for hit in near.values()), None)
 
 
+def nearest_spline(view: View, point: Float[np.ndarray, "2"], tolerance: float) -> int | None:
+    """The spline under a point, whatever lies over it."""
+    hit = _spline(view, point, tolerance)
+    return hit[1].id if hit is not None and hit[0] <= tolerance else None
+
+
+def nearest_key_pose(view: View, point: Float[np.ndarray, "2"]) -> int | None:
+    """The scan of the key pose nearest to a point."""
+    if view.map is None or not len(view.map.key_poses):
+        return None
+    return view.map.key_scans[_nearest(view.map.key_poses[:, :2], point)[0]]
+
+
 def _control_point(view: View, point: Float[np.ndarray, "2"], tolerance: float) -> Hit | None:
     if view.map is None or Layer.CONTROL_POINTS not in view.layers or not len(view.map.map):
         return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.edits.edit import Edit
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamStep, Snapshot
@@ -22,6 +23,7 @@ class Result:
     """What one run gave: the map for looking at, the decisions, the figures.
 
     `origin` is the run over the log whose decisions were solved again, None for such a run itself.
+    `edits` are the hand edits that it has been amended by; `kept` has none of them.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
     estimator; its quality, covariances of splines by id, 1σ across the curves
     and the tests of consistency are there once the result is `measured`. `frames` are iterations of its last solve.
@@ -42,6 +44,12 @@ class Result:
     frames: tuple[Frame, ...] = ()
     consistency: ScanConsistency | None = None
     measured: bool = False
+    edits: tuple[Edit, ...] = ()
+
+    @property
+    def editable(self) -> bool:
+        """Whether it is a finished run, which hand edits can amend."""
+        return self.origin is None and self.stopped_after is None and self.solution is not None
 
     @property
     def run(self) -> Result:
@@ -58,6 +66,7 @@ class Result:
     def label(self) -> str:
         """Number and choices in a few words."""
         ending = "" if self.stopped_after is None else " (stopped)"
+        ending += f" + {len(self.edits)} by hand" if self.edits else ""
         return f"{self.number}: {self.recipe.back_end}, {self.recipe.model}{ending}"
 
 

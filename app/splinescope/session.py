@@ -7,16 +7,21 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Snapshot
+from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
+from splinescope import edit_desk
 from splinescope.activity import Activity
 from splinescope.closures import ClosurePage
+from splinescope.editing import Answering, Editing, Nobody
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
 from splinescope.iterations import Frame, at_frame
+from splinescope.journals import Journals
 from splinescope.link import Link
 from splinescope.log_view import LogView
 from splinescope.map_view import view_map
@@ -30,7 +35,7 @@ from splinescope.recipe import Recipe
 from splinescope.result import Result, Results
 from splinescope.ruler import Ruler, picked_from, places
 from splinescope.solution import Solution
-from splinescope.view import Colouring, MapView, ScanView, Selection, View
+from splinescope.view import Colouring, GhostView, MapView, ScanView, Selection, View
 
 NO_LOG = "No log is open."
 
@@ -50,8 +55,11 @@ class Session:
         opener: Callable[[ask.OpenLog], None],
         preferences: Preferences,
         clock: Callable[[], float] = time.monotonic,
+        editor: Answering | None = None,
+        journals: Journals | None = None,
     ) -> None:
         self._estimator = estimator
+        self._editor = editor
         self._opener = opener
         self._clock = clock
         self.preferences = preferences
@@ -78,6 +86,8 @@ class Session:
         self.observing = False
         self.observation_step = ObservationStep.PARAMETERS
         self._observation: tuple[tuple[object, ...], ObservationView | str] | None = None
+        self.editing = Editing(editor or Nobody(), journals or Journals.of_user(), self, self.tell)
+        self._ghost: tuple[tuple[object, ...], GhostView | None] | None = None
 
     # -- what is shown -------------------------------------------------------------------------------------------
     @property
@@ -105,7 +115,16 @@ class Session:
         world, scan = self._replayed or (self.map_view, self.scan_view)
         measured = places(self.ruler, world) if self.ruler is not None and world is not None else None
         seen = (world, scan, chosen.layers, self.selection, chosen.dark, self.compared_view)
-        return View(*seen, chosen.colouring, measured)
+        return View(*seen, chosen.colouring, measured, self.ghost, edit_desk.asks(self.editing))
+
+    @property
+    def ghost(self) -> GhostView | None:
+        """What hand edits would change; the same object as long as it looks the same."""
+        editing = self.editing
+        key = (editing.proposal, editing.draft, editing.explanation, self.findings.snapshot)
+        if self._ghost is None or any(a is not b for a, b in zip(self._ghost[0], key, strict=True)):
+            self._ghost = (key, edit_desk.ghost_view(self))
+        return self._ghost[1]
 
     @property
     def frames(self) -> tuple[Frame, ...]:
@@ -229,6 +248,27 @@ class Session:
             self.revision += 1
             self.estimation.receive(message)
             self._follow()
+            self._attend()
+
+    def hear(self, message: Message) -> None:
+        """Take in what the editor sent."""
+        self.revision += 1
+        self.editing.receive(message)
+
+    def amend(self, result: Result) -> None:
+        """A result with hand edits takes the place of the one without."""
+        if self.estimation is not None:
+            self.estimation.amend(result)
+
+    def glimpse(self, poses: Float[np.ndarray, "scans 3"], splines: SplineMap) -> None:
+        """Show what the map nearly becomes."""
+        if self.estimation is not None:
+            self.estimation.glimpse(poses, splines)
+
+    def _attend(self) -> None:
+        """Edits are about the result shown."""
+        if self._editor is not None and not self.busy:
+            self.editing.attend(self.log, self.result)
 
     def tell(self, notice: Notice) -> None:
         """Say something: at once, and what is bad readable for later."""
@@ -269,6 +309,8 @@ class Session:
                 self.following = on
                 self._follow()
             case ask.Select(selection=selection):
+                if selection != self.selection:
+                    self.editing.target = self.editing.piece = 0
                 self.selection = selection
             case ask.LookFrom(place=place):
                 self.place = place
@@ -277,7 +319,8 @@ class Session:
             case ask.FollowLink(link=link):
                 self._follow_link(link)
             case ask.Leave():
-                self.ruler, self.selection = None, None if self.ruler is None else self.selection
+                if not self.editing.leave():
+                    self.ruler, self.selection = None, None if self.ruler is None else self.selection
             case ask.Measure():
                 self._measure()
             case ask.LayRuler(picked=picked):
@@ -301,7 +344,7 @@ class Session:
                 self._estimate(command)
             case ask.Cancel():
                 self._cancel()
-            case _:
+            case _ if not edit_desk.apply(self, command):
                 self.preferences = preferred(self.preferences, command)
 
     # -- time ----------------------------------------------------------------------------------------------------
@@ -361,6 +404,7 @@ class Session:
         if request != self.opening:
             return
         self._estimator.cancel()
+        self.editing.close()
         self.preferences = self.remembered
         self.opening, self.troubles, self.recipe, self.ruler = None, (), Recipe(), None
         self.closure_page = ClosurePage()
@@ -417,6 +461,7 @@ class Session:
                 self.estimation.compare(number)
             case ask.DeleteResult(number=number):
                 self.estimation.delete(number)
+        self._attend()
 
     def _cancel(self) -> None:
         if self.opening is not None:

@@ -106,8 +106,21 @@ class Selection:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class GhostView:
+    """What hand edits would change, drawn over the map: splines and path as they would be, the beam ends of a scan that
+    is laid over another, points clicked for that, and lines that show where the last edits moved key poses."""
+
+    splines: SplineMap | None = None
+    path: Float[np.ndarray, "m 3"] | None = None
+    points: Float[np.ndarray, "k 2"] | None = None
+    marks: tuple[tuple[float, float], ...] = ()
+    moves: Float[np.ndarray, "n 2 2"] | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """One frame of the page; `measured` are the places that the ruler lies on (m)."""
+    """One frame of the page; `measured` are the places that the ruler lies on (m), `asks` is a sentence that a person is
+    to read now."""
 
     map: MapView | None = None
     scan: ScanView | None = None
@@ -117,6 +130,8 @@ class View:
     compared: MapView | None = None
     colouring: Colouring = Colouring.SPLINE
     measured: Float[np.ndarray, "k 2"] | None = None
+    ghost: GhostView | None = None
+    asks: str = ""
 
     @property
     def comparing(self) -> bool:

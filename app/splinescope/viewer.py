@@ -28,11 +28,13 @@ from splinescope import preferences as prefs
 from splinescope.actions import PageRequest, Perform, find
 from splinescope.addresses import told_addresses
 from splinescope.asker import asker
+from splinescope.editor import Editor
+from splinescope.journals import Journals
 from splinescope.link import Link
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.page import Page, open_page
-from splinescope.panels import closures
+from splinescope.panels import closures, edit_lists
 from splinescope.paths import SAMPLE, find_log
 from splinescope.picking import pick
 from splinescope.presenter import Presenter
@@ -42,6 +44,14 @@ from splinescope.visitors import Visitors
 from splinescope.worker import Worker
 
 logger = logging.getLogger(__name__)
+
+ROWS: dict[str, Callable[[int], ask.Command]] = {
+    closures.ROW: ask.ShowClosure,
+    edit_lists.STATE: ask.GoToEdit,
+    edit_lists.SWITCH: ask.SwitchEdit,
+    edit_lists.WORST: ask.ShowWorst,
+}
+"""What a click on a row of a table asks for, by the name of its rows."""
 
 CLICK_PIXELS = 8.0
 KEEPING = 1.0
@@ -86,7 +96,14 @@ class Barrier:
     passed: threading.Event
 
 
-Posted = ask.Command | Perform | Click | PageMoved | Hello | Goodbye | Barrier | Message
+@dataclass(frozen=True, eq=False, slots=True)
+class FromEditor:
+    """What the editor's process sent."""
+
+    message: Message
+
+
+Posted = ask.Command | Perform | Click | PageMoved | Hello | Goodbye | Barrier | Message | FromEditor
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,7 +149,11 @@ class Viewer:
         self._stopped = threading.Event()
         self._worker = Worker(self.post)
         self._worker.start()
-        self.session = Session(self._worker, self._open, prefs.load(preferences))
+        self._editor = Editor(lambda message: self.post(FromEditor(message)))
+        journals = Journals.of_user() if preferences == prefs.default_path() else Journals.beside(preferences)
+        self.session = Session(
+            self._worker, self._open, prefs.load(preferences), editor=self._editor, journals=journals
+        )
         self._presenter = Presenter(page, self.session, self.post)
         self._visitors = Visitors()
         self._watchers: list[Callable[[], None]] = []
@@ -186,8 +207,8 @@ class Viewer:
                 self.post(ask.SetSpeed(value))
 
     def _row(self, name: str, number: int) -> None:
-        if name == closures.ROW:
-            self.post(ask.ShowClosure(number))
+        if (make := ROWS.get(name)) is not None:
+            self.post(make(number))
 
     def _open(self, request: ask.OpenLog) -> None:
         threading.Thread(target=self._read, args=(request,), daemon=True).start()
@@ -217,6 +238,8 @@ class Viewer:
         self._keep_time = 0.0
         self._remember()
         self._worker.close()
+        self._editor.close()
+        self.session.editing.close()
         self._page.stop()
 
     def _arrivals(self) -> list[Arrival]:
@@ -246,6 +269,9 @@ class Viewer:
                 self._visit(self._visitors.left(item.client))
             case Perform():
                 self._perform(item.action, client)
+            case Click() if self.session.editing.picking or self.session.editing.draft:
+                x, y = item.point.tolist()
+                self.session.apply(ask.PickPlace(x, y, CLICK_PIXELS * item.metres_per_pixel))
             case Click():
                 self._click(item)
             case PageMoved():
@@ -256,6 +282,8 @@ class Viewer:
                 self.session.receive(item)
             case Hello():
                 logger.warning("a page that is not connected said hello")
+            case FromEditor():
+                self.session.hear(item.message)
             case _:
                 self.session.apply(item)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from splinescope.actions.action import Action, PageRequest, Perform, Request
 from splinescope.actions.colours import COLOURS
+from splinescope.actions.editing import EDITING, GHOST
 from splinescope.actions.layers import GROUPS as LAYER_GROUPS
 from splinescope.actions.layers import SINGLE
 from splinescope.actions.looking import LOOKING
@@ -22,6 +23,8 @@ __all__ = ["ACTIONS", "GROUPS", "Action", "PageRequest", "Perform", "Request", "
 GROUPS: dict[str, tuple[Action, ...]] = {
     "Time": TIME,
     "Looking closer": LOOKING,
+    "Editing": EDITING,
+    "Closing a loop": GHOST,
     "Picture": PICTURE,
     "Layers": LAYER_GROUPS,
     "Single layers": SINGLE,

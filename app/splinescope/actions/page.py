@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from splinescope.actions.action import Action, PageRequest, with_log
 
-TABS = ("Layers", "Log", "Scan", "Estimate", "Compare", "Quality")
+TABS = ("Layers", "Log", "Scan", "Edit", "Estimate", "Compare", "Quality")
 """The tabs, from the left."""
 
 PAGE = (

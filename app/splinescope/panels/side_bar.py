@@ -10,6 +10,7 @@ from splinescope.panels.compare import ComparePanel
 from splinescope.panels.consistency import ConsistencyPanel
 from splinescope.panels.crispness import CrispnessPanel
 from splinescope.panels.decisions import DecisionsPanel
+from splinescope.panels.editing import EditPanel
 from splinescope.panels.estimate import EstimatePanel
 from splinescope.panels.inspector import InspectorPanel
 from splinescope.panels.iterations import IterationsPanel
@@ -41,6 +42,8 @@ class SideBar:
             self._panels.append(DecisionsPanel(gui, post))
             with gui.add_folder("Time and place"):
                 self._panels.append(TimelinePanel(gui, post))
+        with tabs.add_tab("Edit"):
+            self._panels.append(EditPanel(gui, post))
         with tabs.add_tab("Estimate"):
             self._panels.append(EstimatePanel(gui, post))
             self._panels.append(IterationsPanel(gui, post))

@@ -23,6 +23,7 @@ TEXTS = """
 .ss ul{margin:4px 0;padding-left:18px}
 .ss .dim{opacity:.72}
 .ss .bad{border-left:3px solid #d55e00;padding-left:6px;margin:6px 0}
+.ss .ask{border-left:3px solid #cc79a7;padding-left:6px;margin:6px 0}
 .ss .drawing{display:block;width:100%;margin:4px 0}
 .ss .keys{font-size:11px;line-height:1.3}
 .ss .keys td{padding:0 4px;border:0}
@@ -39,7 +40,7 @@ div:has(> .mantine-Flex-root > div input[type=checkbox]){padding-bottom:1px !imp
 """The box before its text, the text in one line: the viewer leaves a third of the width to it."""
 
 TABS = """
-[role=tab]{padding-left:7px !important;padding-right:7px !important}
+[role=tab]{padding-left:4px !important;padding-right:4px !important}
 """
 """All of them in one row."""
 

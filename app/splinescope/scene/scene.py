@@ -11,12 +11,12 @@ from splinescope.grades import UNKNOWN, WIDTHS, Scale, scale_of
 from splinescope.page import Page
 from splinescope.page_values import Bounds
 from splinescope.palette import Theme, theme
-from splinescope.scene import map_layers, scan_layers
+from splinescope.scene import ghost_layers, map_layers, scan_layers
 from splinescope.scene.detail import OVERVIEW, Detail
 from splinescope.scene.legend import legend
 from splinescope.scene.nodes import LineNode
 from splinescope.scene.strokes import Strokes
-from splinescope.view import Layer, MapView, ScanView, Selection, View
+from splinescope.view import GhostView, Layer, MapView, ScanView, Selection, View
 
 Sources = tuple[object, ...]
 """What a node was drawn from: the same objects again, the same picture again."""
@@ -49,6 +49,10 @@ def _of_map(draw: Callable[[MapView, Theme, Detail], Strokes]) -> Callable[[Fram
 
 def _of_scan(draw: Callable[[ScanView, Theme, Detail], Strokes]) -> Callable[[Frame], Strokes]:
     return lambda f: Strokes.none() if f.view.scan is None else draw(f.view.scan, f.theme, f.detail)
+
+
+def _of_ghost(draw: Callable[[GhostView, Theme, Detail], Strokes]) -> Callable[[Frame], Strokes]:
+    return lambda f: Strokes.none() if f.view.ghost is None else draw(f.view.ghost, f.theme, f.detail)
 
 
 def _of_compared(f: Frame) -> Strokes:
@@ -152,6 +156,9 @@ DRAWINGS = (
         lambda f: map_layers.pointed_at(f.view.map, f.view.selection, f.theme, f.detail),
     ),
     Drawing("ruler", None, 2.0, lambda v: (None if v.measured is None else tuple(v.measured.ravel()),), _ruler),
+    Drawing("ghost", None, 2.2, lambda v: (v.ghost,), _of_ghost(ghost_layers.changed)),
+    Drawing("ghost scan", None, 2.6, lambda v: (v.ghost,), _of_ghost(ghost_layers.scan)),
+    Drawing("moves", None, 1.6, lambda v: (v.ghost,), _of_ghost(ghost_layers.moves)),
     Drawing("robot", None, 2.4, _scan, _of_scan(scan_layers.robot)),
 )
 
@@ -237,7 +244,10 @@ class Scene:
 
 
 def hint(view: View, detail: Detail) -> str:
-    """What is switched on but too small to be drawn at this scale, as a sentence; empty when nothing is."""
+    """What a person is asked, else what is switched on but too small to be drawn at this scale; empty when nothing
+    is."""
+    if view.asks:
+        return view.asks
     small = [layer for layer in FROM_NEAR_ON_SCAN if view.scan is not None and not detail.readable]
     small += [layer for layer in FROM_NEAR_ON_MAP if view.map is not None and not detail.close]
     names = [FROM_NEAR[layer] for layer in small if layer in view.layers]

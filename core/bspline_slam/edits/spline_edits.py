@@ -110,7 +110,8 @@ def pin_spline(decisions: Decisions, edit: PinSpline) -> Decisions:
     pinned = replace(spline, curve=edit.curve, span=edit.span, history=history)
     pins = {**decisions.spline_pins, spline.id: edit.curve.control_points}
     others = tuple(pinned if one.id == spline.id else one for one in decisions.splines)
-    same = np.array_equal(spline.curve.knots, pinned.curve.knots) and spline.span == pinned.span  # so is the degree
+    same = spline.curve.degree == edit.degree and np.array_equal(spline.curve.knots, edit.knots)
+    same = same and spline.span == edit.span
     moved = replace(decisions, splines=SplineMap(others)) if same else decisions.with_spline(pinned)
     return replace(moved, spline_pins=pins)
 

@@ -1,0 +1,90 @@
+"""Actions of hand edits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from splinescope import commands as ask
+from splinescope import edit_desk
+from splinescope.actions.action import Action
+from splinescope.editing import Picking
+from splinescope.session import Session
+from splinescope.subject import EditKind
+
+Refusal = Callable[[Session], str | None]
+NOTHING_PROPOSED = "Propose an edit first."
+
+
+def _refusal(kind: EditKind) -> Refusal:
+    return lambda session: edit_desk.refusal(session, kind)
+
+
+def _proposed(session: Session) -> str | None:
+    return None if session.editing.proposal is not None else NOTHING_PROPOSED
+
+
+def _targets(session: Session) -> str | None:
+    return None if edit_desk.subject(session).targets else "Nothing is selected that could be given to a spline."
+
+
+def _pieces(session: Session) -> str | None:
+    return None if len(edit_desk.subject(session).pieces) > 1 else "What is selected has no other piece."
+
+
+def _editable(session: Session) -> str | None:
+    return session.editing.refusal
+
+
+def _undo(session: Session) -> str | None:
+    return session.editing.refusal or (None if session.editing.history.undo else "There is nothing to undo.")
+
+
+def _redo(session: Session) -> str | None:
+    return session.editing.refusal or (None if session.editing.history.redo else "There is nothing to redo.")
+
+
+def _drafted(session: Session) -> str | None:
+    return None if session.editing.draft is not None else "Lay one key scan over another first."
+
+
+def _of(name: str, kind: EditKind, words: str, *keys: str) -> Action:
+    return Action(f"edit-{name}", words, keys, ask.EditSelected(kind), _refusal(kind))
+
+
+STEP, TURN = 0.1, 0.0175
+"""How far (m, rad) one press moves the ghost scan."""
+
+
+def _ghost(name: str, words: str, key: str, x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Action:
+    return Action(f"ghost-{name}", words, (key,), ask.MoveGhost(x, y, turn), _drafted, repeats=True)
+
+
+EDITING = (
+    _of("force", EditKind.FORCE, "Force the piece to the target spline", "e"),
+    Action("edit-target", "Next target spline", ("t",), ask.ChooseTarget(1), _targets),
+    Action("edit-target-back", "Target spline before", ("T",), ask.ChooseTarget(-1), _targets),
+    Action("edit-pick", "Choose the target spline by a click", ("E",), ask.PickNext(Picking.TARGET), _targets),
+    Action("edit-piece", "Next piece of the segment", ("v",), ask.NextPiece(1), _pieces),
+    _of("forbid", EditKind.FORBID, "Forbid the piece its spline", "x"),
+    _of("new", EditKind.NEW, "Make a new spline of the piece", "w"),
+    _of("ignore", EditKind.IGNORE, "Ignore the piece", "Delete"),
+    _of("split", EditKind.SPLIT, "Split the piece or the spline in the middle", "u"),
+    Action("edit-split-at", "Split it where you click", ("U",), ask.PickNext(Picking.PLACE), _refusal(EditKind.SPLIT)),
+    _of("merge", EditKind.MERGE, "Merge the spline with the target", "m"),
+    _of("pin", EditKind.PIN, "Pin the pose or the spline where it is", "p"),
+    Action("edit-loop", "Close a loop: choose the other key scan", ("y",), ask.PickNext(Picking.LOOP), _editable),
+    _of("drop-loop", EditKind.DROP_LOOP, "Drop the selected loop closure", "Y"),
+    Action("edit-accept", "Accept the proposed edit", ("Enter",), ask.AcceptEdits(), _proposed),
+    Action("edit-cancel", "Cancel the proposed edit", (), ask.DropProposal(), _proposed),
+    Action("undo", "Undo the last edit", ("Ctrl+z",), ask.Undo(), _undo),
+    Action("redo", "Redo", ("Ctrl+Shift+z", "Ctrl+y"), ask.Redo(), _redo),
+)
+GHOST = (
+    _ghost("left", "Ghost scan to the left", "Ctrl+ArrowLeft", x=-STEP),
+    _ghost("right", "Ghost scan to the right", "Ctrl+ArrowRight", x=STEP),
+    _ghost("up", "Ghost scan up", "Ctrl+ArrowUp", y=STEP),
+    _ghost("down", "Ghost scan down", "Ctrl+ArrowDown", y=-STEP),
+    _ghost("turn-left", "Turn the ghost scan left", "Alt+ArrowLeft", turn=TURN),
+    _ghost("turn-right", "Turn the ghost scan right", "Alt+ArrowRight", turn=-TURN),
+    Action("ghost-match", "Let the scan matcher place the ghost scan", ("Ctrl+Enter",), ask.MatchGhost(), _drafted),
+)

@@ -1,0 +1,370 @@
+"""Hand edits on a finished run: proposed, looked at, accepted, kept in the journal, taken back and made again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.association import Association
+from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, splines_made
+from bspline_slam.edits.explain import Explanation
+from bspline_slam.edits.history import Accept, Accepted, GoTo, History, Operation, Switch
+from bspline_slam.edits.journal import Journal, Origin
+from bspline_slam.errors import EditError
+from bspline_slam.scan import ScanLog
+from bspline_slam.slam import SlamConfig, SlamStep
+from bspline_slam.spline_map import SplineMap
+from splinescope import edit_messages as told
+from splinescope.journals import Journals
+from splinescope.loop_draft import LoopDraft
+from splinescope.messages import Failed, Message, Stopped
+from splinescope.notice import Notice
+from splinescope.result import Result
+from splinescope.subject import name_of
+
+NO_RUN = "Edits are made in the result of a finished run: show one first."
+OFFERED = "There are edits from before: take them up, or set them aside, first."
+NOT_KEPT = "The journal of edits cannot be written"
+
+
+class Answering(Protocol):
+    """Who answers edits: the editor's process, seen from here."""
+
+    def prepare(self, kept: bytes, config: SlamConfig) -> int: ...
+    def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int: ...
+    def make(self, edits: tuple[Edit, ...]) -> int: ...
+    def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int: ...
+    def cancel(self) -> None: ...
+
+
+class Nobody:
+    """Where there is no editor's process: nothing is ever answered."""
+
+    def prepare(self, kept: bytes, config: SlamConfig) -> int:
+        return 0
+
+    def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int:
+        return 0
+
+    def make(self, edits: tuple[Edit, ...]) -> int:
+        return 0
+
+    def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int:
+        return 0
+
+    def cancel(self) -> None:
+        """Nothing runs."""
+
+
+class Show(Protocol):
+    """Where results with edits are shown."""
+
+    def amend(self, result: Result) -> None:
+        """This is the result of its number from now on."""
+        ...
+
+    def glimpse(self, poses: Float[np.ndarray, "scans 3"], splines: SplineMap) -> None:
+        """What the map nearly becomes."""
+        ...
+
+
+class Picking(Enum):
+    """What the next click in the map chooses; the value asks for it."""
+
+    TARGET = "Click the spline that it belongs to."
+    PLACE = "Click the place to split it at."
+    LOOP = "Click the pose of the key scan that saw the same place."
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Proposal:
+    """Edits that are looked at before they are accepted, and what they would do as far as it is known."""
+
+    edits: tuple[Edit, ...]
+    name: str
+    preview: told.Preview | None = None
+
+
+class Editing:
+    """State: the run that is edited, its journal and history, and what is being proposed.
+
+    `offer` are edits from before that nobody has taken up yet. `making` says that the exact map is not there yet.
+    """
+
+    def __init__(
+        self,
+        editor: Answering,
+        journals: Journals,
+        show: Show,
+        tell: Callable[[Notice], None],
+        now: Callable[[], float] = time.time,
+    ) -> None:
+        self._editor, self._journals, self._show, self._tell, self._now = editor, journals, show, tell, now
+        self._log: ScanLog | None = None
+        self._origin: Origin | None = None
+        self._journal: Journal | None = None
+        self._jobs: dict[str, int] = {}
+        self.base: Result | None = None
+        self.history = History()
+        self.offer: History | None = None
+        self.proposal: Proposal | None = None
+        self.explanation: Explanation | None = None
+        self.draft: LoopDraft | None = None
+        self.picking: Picking | None = None
+        self.target = 0
+        self.piece = 0
+
+    # -- which run -----------------------------------------------------------------------------------------------
+    def attend(self, log: ScanLog | None, shown: Result | None) -> None:
+        """Look at what is shown: edits are about that, if it is a finished run."""
+        editable = log is not None and shown is not None and shown.editable
+        if not editable or shown is None or log is None:
+            if shown is not None:
+                self.leave()
+            return
+        if self.base is not None and self.base.number == shown.number and self._log is log:
+            if not shown.edits:
+                self.base = shown
+            return
+        self.close()
+        self.base, self._log = shown, log
+        self._origin = Origin.of(log, shown.recipe.config())
+        self._editor.cancel()
+        self._jobs["prepare"] = self._editor.prepare(shown.kept, shown.recipe.config())
+        self._open_journal()
+
+    def _open_journal(self) -> None:
+        assert self._origin is not None and self._log is not None
+        path = self._journals.path(self._origin)
+        self.history, self.offer = History(), None
+        if not path.exists():
+            return
+        try:
+            self._journal = self._journals.open(self._origin)
+        except EditError as error:
+            self._tell(
+                Notice("Edits from before cannot be taken up", f"{str(error)[:1].upper()}{str(error)[1:]}.", bad=True)
+            )
+            return
+        for note in self._journal.notes:
+            self._tell(Notice("The journal of edits", note))
+        if self._journal.origin.log != str(self._log.path):
+            self._tell(Notice("The log has moved", f"These edits were made on {self._journal.origin.log}."))
+        if not self._journal.history.entries:
+            return
+        if self._journals.offered and self._journal.history.active:
+            self.offer = self._journal.history
+        else:
+            self.history = self._journal.history
+            self._make()
+
+    def close(self) -> None:
+        """Leave the run; its journal is free for others."""
+        if self._journal is not None:
+            self._journal.close()
+        self._journal, self._origin, self._log, self.base = None, None, None, None
+        self.history, self.offer, self.explanation, self._jobs = History(), None, None, {}
+        self.leave()
+
+    @property
+    def refusal(self) -> str | None:
+        """What stands in the way of edits now; None if nothing does."""
+        if self.base is None:
+            return NO_RUN
+        return OFFERED if self.offer is not None else None
+
+    @property
+    def making(self) -> bool:
+        """Whether the map with the edits in force is on its way."""
+        return "make" in self._jobs
+
+    @property
+    def next_id(self) -> int:
+        """The id that the next spline made by hand gets: one that no edit ever had."""
+        edits = [e for entry in self.history.entries if isinstance(entry, Accepted) for e in entry.action.edits]
+        return max((made + 1 for edit in edits for made in splines_made(edit)), default=FIRST_MADE_BY_HAND)
+
+    # -- proposing -----------------------------------------------------------------------------------------------
+    def propose(self, edits: tuple[Edit, ...]) -> None:
+        """Look at what edits would do, before they are accepted."""
+        if self._refused("Nothing was proposed"):
+            return
+        self.proposal, self.picking = Proposal(edits, name_of(edits)), None
+        self._jobs["preview"] = self._editor.preview(self.history.active, edits)
+
+    def leave(self) -> bool:
+        """Let go of what is proposed, drafted or picked; whether there was anything."""
+        busy = bool(self.proposal or self.picking or self.draft)
+        self.proposal = self.picking = self.draft = None
+        self._jobs.pop("preview", None)
+        return busy
+
+    def accept(self) -> None:
+        """Make the proposed edits: first in the journal, then in the map."""
+        proposal = self.proposal
+        if proposal is None:
+            self._tell(Notice("Nothing to accept", "Propose an edit first."))
+        elif proposal.preview is not None and proposal.preview.refusal is not None:
+            self._tell(Notice("Nothing was accepted", proposal.preview.refusal))
+        else:
+            self.leave()
+            self._do(Accept(proposal.name, self._now(), proposal.edits))
+
+    # -- history -------------------------------------------------------------------------------------------------
+    def undo(self) -> None:
+        """Take back the last action."""
+        self._go(self.history.undo, "Nothing to undo", "The map is as the estimator made it.")
+
+    def redo(self) -> None:
+        """Do again what was taken back."""
+        self._go(self.history.redo, "Nothing to redo", "Nothing was taken back.")
+
+    def go_to(self, cursor: int) -> None:
+        """Go to the state after so many actions."""
+        self._do(GoTo(cursor))
+
+    def switch(self, number: int, on: bool | None = None) -> None:
+        """Put an action out of force or into force again; None changes to the other."""
+        state = self.history.states.get(number)
+        if state is None:
+            self._tell(Notice("Nothing was switched", "This action is not in force: redo it first."))
+        else:
+            self._do(Switch(number, not state if on is None else on, self._now()))
+
+    def _go(self, operation: GoTo | None, title: str, sentence: str) -> None:
+        if operation is None:
+            self._tell(Notice(title, sentence))
+        else:
+            self._do(operation)
+
+    def _do(self, operation: Operation) -> None:
+        if self._refused("Nothing was changed") or self._origin is None:
+            return
+        try:
+            if self._journal is None:
+                self._journal = self._journals.open(self._origin)
+            before, self.history = self.history, self._journal.append(operation)
+        except (EditError, OSError) as error:
+            self._tell(Notice("Nothing was changed", f"{NOT_KEPT}: {error}.", bad=True))
+            return
+        self.proposal = None
+        if self.history.active != before.active:
+            self._make()
+
+    def _refused(self, title: str) -> bool:
+        if self.refusal is not None:
+            self._tell(Notice(title, self.refusal))
+        return self.refusal is not None
+
+    def take_up(self, on: bool) -> None:
+        """Go on with the edits from before, or set them aside and begin anew."""
+        if self.offer is None or self._journal is None or self._origin is None:
+            return
+        if on:
+            self.history = self._journal.history
+            self._make()
+        else:
+            self._journal.close()
+            kept = self._journals.set_aside(self._origin)
+            self._journal = None
+            self._tell(Notice("The edits are set aside", f"They are kept in {kept}."))
+        self.offer = None
+
+    def _make(self) -> None:
+        """Ask for the map with the edits in force; without any it is the run's own, and there at once."""
+        self._editor.cancel()
+        self.explanation = None
+        if self.history.active or self.base is None:
+            self._jobs["make"] = self._editor.make(self.history.active)
+        else:
+            self._jobs.pop("make", None)
+            self._show.amend(self.base)
+
+    # -- loop closures -------------------------------------------------------------------------------------------
+    def begin_draft(self, draft: LoopDraft) -> None:
+        """Lay one key scan over another, to close a loop by hand."""
+        if not self._refused("Nothing was begun"):
+            self.leave()
+            self.draft = draft
+
+    def move_draft(self, draft: LoopDraft) -> None:
+        """The ghost scan somewhere else."""
+        self.draft, self.proposal = draft, None
+
+    def match_draft(self) -> None:
+        """Let the scan matcher place the ghost scan exactly, and propose the closure."""
+        if self.draft is None:
+            self._tell(Notice("Nothing to match", "Choose two key scans first."))
+            return
+        draft = self.draft
+        self._jobs["match"] = self._editor.match(self.history.active, draft.earlier, draft.scan, draft.guess)
+
+    # -- listening -----------------------------------------------------------------------------------------------
+    def receive(self, message: Message) -> None:
+        """Take in what the editor sent; messages of jobs that nobody waits for any more are dropped."""
+        what = next((what for what, job in self._jobs.items() if job == message.job), None)
+        if what is None:
+            if isinstance(message, Failed):
+                self._tell(Notice("The editor failed", message.sentence, bad=True))
+            return
+        match message:
+            case told.PreviewFound(preview=preview) if self.proposal is not None:
+                self.proposal = replace(self.proposal, preview=preview)
+            case told.QuickAnswer(poses=poses, splines=splines):
+                self._show.glimpse(poses, splines)
+            case told.EditsMade():
+                del self._jobs[what]
+                self._made(message)
+            case told.LoopMatched():
+                del self._jobs[what]
+                self._matched(message)
+            case Failed(sentence=sentence):
+                self._failed(what, sentence)
+            case Stopped():
+                del self._jobs[what]
+
+    def _made(self, made: told.EditsMade) -> None:
+        if self.base is None:
+            return
+        steps = amended_steps(self.base.steps, made.associations)
+        edited = replace(
+            self.base, snapshot=made.snapshot, steps=steps, solution=made.solution or self.base.solution,
+            quality=None, covariances={}, sigmas=None, consistency=None, measured=False, edits=self.history.active,
+        )  # fmt: skip
+        self.explanation = made.explanation
+        self._show.amend(edited)
+
+    def _matched(self, found: told.LoopMatched) -> None:
+        draft = self.draft
+        if draft is None or found.measured is None or found.sqrt_information is None:
+            return
+        self.draft = replace(draft, guess=found.measured, verdict=found.sentence)
+        x, y, heading = found.measured.tolist()
+        rows = tuple((float(a), float(b), float(c)) for a, b, c in found.sqrt_information.tolist())
+        root = (rows[0], rows[1], rows[2])
+        close = CloseLoop(draft.earlier, draft.scan, (x, y, heading), root, found.score, found.inliers)
+        self.proposal = Proposal((close,), name_of((close,)))
+        self._jobs["preview"] = self._editor.preview(self.history.active, (close,))
+
+    def _failed(self, what: str, sentence: str) -> None:
+        """The process may be gone: the next one has to be made ready again."""
+        self._jobs = {}
+        self._tell(Notice("The edit failed" if what != "prepare" else "The editor failed", sentence, bad=True))
+        if self.base is not None and "ended" in sentence:
+            self._jobs["prepare"] = self._editor.prepare(self.base.kept, self.base.recipe.config())
+            if self.history.active:
+                self._jobs["make"] = self._editor.make(self.history.active)
+
+
+def amended_steps(
+    steps: Mapping[int, SlamStep], associations: Mapping[int, tuple[Association, ...]]
+) -> dict[int, SlamStep]:
+    """Steps with other associations for some of them."""
+    changed = {scan: replace(steps[scan], associations=told) for scan, told in associations.items() if scan in steps}
+    return {**steps, **changed}

@@ -1,0 +1,159 @@
+"""The lists of the Edit tab, as HTML parts: what is selected, the preview, the history, the explanation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime
+
+import numpy as np
+
+from bspline_slam.edits.explain import Explanation, Fate
+from bspline_slam.edits.history import Accepted, History
+from splinescope import table
+from splinescope.edit_desk import subject, target
+from splinescope.editing import Editing
+from splinescope.inspector import decision
+from splinescope.session import Session
+
+STATE, SWITCH, WORST = "edit-state", "edit-switch", "edit-worst"
+"""Names of rows in what the page tells of clicks."""
+HINT = (
+    "Select a segment of a key scan, a spline, a key pose or a loop closure. What you propose is drawn dashed over the "
+    "map before you accept it."
+)
+
+
+def selected(session: Session) -> list[str]:
+    """What is selected, as the subject of an edit."""
+    found, chosen = subject(session), target(session)
+    if found.piece is not None:
+        number = found.pieces.index(found.piece) + 1
+        several = f" (piece {number} of {len(found.pieces)}, key v for the next)" if len(found.pieces) > 1 else ""
+        parts = [
+            table.paragraph(f"Scan {found.piece.scan}, segment {found.piece.segment}{several}: {decision(found.piece)}")
+        ]
+    elif found.spline is not None:
+        parts = [table.paragraph(f"Spline {found.spline.id}, {found.spline.length:.2f} m.")]
+    elif found.scan is not None:
+        parts = [table.paragraph(f"The pose of key scan {found.scan}.")]
+    elif found.closure is not None:
+        parts = [table.paragraph(f"The loop closure of scans {found.closure[0]} and {found.closure[1]}.")]
+    else:
+        parts = [table.paragraph(HINT, "dim")]
+    if chosen is not None:
+        others = ", ".join(str(other) for other in found.targets if other != chosen)
+        parts.append(table.paragraph(f"Target: spline {chosen}." + (f" Others near it: {others}." if others else "")))
+    return parts
+
+
+def proposed(editing: Editing) -> list[str]:
+    """What is proposed, and what it would do."""
+    parts = [table.paragraph(editing.picking.value, "ask")] if editing.picking is not None else []
+    if editing.draft is not None:
+        draft = editing.draft
+        said = draft.verdict or (
+            "Shift it with Ctrl and the arrow keys, turn it with Alt and the arrow keys; or click a point of it and "
+            "then where that belongs in the map, twice."
+        )
+        if draft.marks:
+            said = ("Click where that point belongs in the map.", "Click another point of the ghost scan.")[
+                (len(draft.marks) + 1) % 2
+            ]
+        parts += [table.heading(f"Scan {draft.scan} laid over scan {draft.earlier}"), table.paragraph(said)]
+    proposal = editing.proposal
+    if proposal is None:
+        return parts
+    parts.append(table.heading(proposal.name))
+    preview = proposal.preview
+    if preview is None:
+        return [*parts, table.paragraph("Finding out what it would do …", "dim")]
+    if preview.refusal is not None:
+        return [*parts, table.paragraph(f"It cannot be made: {preview.refusal}", "bad")]
+    return [*parts, table.pairs(preview.rows)]
+
+
+def history(history: History) -> list[str]:
+    """Every action, those undone marked; a click on a row goes to the state after it."""
+    if not history.entries:
+        return [table.paragraph("No edit was made yet.", "dim")]
+    states = history.states
+    rows = [(0, ("0", "as the estimator made it", ""), "")]
+    for place, entry in enumerate(history.entries, 1):
+        undone = place > history.cursor
+        if isinstance(entry, Accepted):
+            state = "undone" if undone else "on" if states[entry.number] else "off"
+            when = datetime.fromtimestamp(entry.action.time).strftime("%H:%M")
+            rows.append((place, (str(place), f"{entry.action.name} ({when})", state), ""))
+        else:
+            words = f"Switch action {_place_of(history, entry.number)} {'on' if entry.on else 'off'}"
+            rows.append((place, (str(place), words, "undone" if undone else ""), ""))
+    return [
+        table.paragraph("Click an action to go to the state after it.", "dim"),
+        table.leading(STATE, ("", "Action", ""), rows, selected=history.cursor),
+    ]
+
+
+def _place_of(history: History, number: int) -> int:
+    """Where an accepted action stands in the list."""
+    places = {entry.number: place for place, entry in enumerate(history.entries, 1) if isinstance(entry, Accepted)}
+    return places.get(number, 0)
+
+
+def switches(history: History) -> list[str]:
+    """The accepted actions in force and out of it; a click switches one."""
+    states = history.states
+    entries = [entry for entry in history.entries[: history.cursor] if isinstance(entry, Accepted)]
+    rows = [(entry.number, ("● on" if states[entry.number] else "○ off", entry.action.name), "") for entry in entries]
+    if not rows:
+        return []
+    return [table.heading("Switch off and on"), table.leading(SWITCH, ("", ""), rows)]
+
+
+def explanation(told: Explanation | None, names: tuple[str, ...]) -> list[str]:
+    """What the solver did with the edits in force."""
+    if told is None:
+        return []
+    return [*_fates(told, names), *_costs(told), *_moves(told), *_worst(told)]
+
+
+def _fates(told: Explanation, names: tuple[str, ...]) -> Iterator[str]:
+    signs = {Fate.FOLLOWED: "✓", Fate.OUTVOTED: "✕", Fate.SKIPPED: "–"}
+    rows = [
+        (f"{signs[outcome.fate]} {outcome.fate.value}", name, outcome.sentence)
+        for name, outcome in zip(names, told.outcomes, strict=False)
+    ]
+    yield table.heading("What became of each edit")
+    yield table.table(("", "Edit", ""), rows)
+
+
+def _costs(told: Explanation) -> Iterator[str]:
+    rows = [
+        (kind, f"{told.before[kind]:,.1f}", f"{told.after[kind]:,.1f}", f"{told.after[kind] - told.before[kind]:+,.1f}")
+        for kind in told.before
+        if max(told.before[kind], told.after[kind]) > 0
+    ]
+    before, after = sum(told.before.values()), sum(told.after.values())
+    rows.append(("all", f"{before:,.1f}", f"{after:,.1f}", f"{after - before:+,.1f}"))
+    yield table.heading("Cost by kind of factor")
+    yield table.table(("", "before", "after", "change"), rows, numbers=(1, 2, 3))
+
+
+def _moves(told: Explanation) -> Iterator[str]:
+    moved = int(np.count_nonzero(told.moves > 1e-3))
+    largest = 1000 * float(told.moves.max(initial=0.0))
+    yield table.paragraph(
+        f"{moved:,} of {len(told.moves):,} key poses moved by more than 1 mm, the farthest by {largest:.1f} mm; lines "
+        "at the poses show where to, longer than they are."
+    )
+
+
+def _worst(told: Explanation) -> Iterator[str]:
+    rows = []
+    for number, worst in enumerate(told.worst):
+        place = (
+            f"segment {worst.segment}, spline {worst.spline}" if worst.segment is not None else f"scan {worst.other}"
+        )
+        cells = (f"scan {worst.scan}", f"{worst.kind}: {place}", f"{worst.size:.1f} σ", f"{1000 * worst.metres:.0f} mm")
+        rows.append((number, cells, ""))
+    yield table.heading("The ten worst residuals")
+    yield table.leading(WORST, ("", "", "RMS", ""), rows)

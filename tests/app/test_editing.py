@@ -1,0 +1,481 @@
+"""Hand edits in a session: proposed, accepted, undone, kept; with the real editor's work, done at once."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+
+from bspline_slam.association import Association
+from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, Forbid, Force, Ignore, MakeNew, PinPose
+from bspline_slam.edits.history import History
+from bspline_slam.edits.journal import read_journal
+from bspline_slam.logs import open_log
+from bspline_slam.slam import SlamConfig, Snapshot
+from splinescope import commands as ask
+from splinescope import edit_desk
+from splinescope.edit_jobs import Jobs as EditJobs
+from splinescope.edit_messages import (
+    EditRequest,
+    EditsMade,
+    FindPreview,
+    MakeEdits,
+    MatchLoop,
+    Prepare,
+    Preview,
+    PreviewFound,
+)
+from splinescope.editing import Editing, Picking
+from splinescope.journals import Journals
+from splinescope.loop_draft import LoopDraft
+from splinescope.messages import Failed, Finished, Message
+from splinescope.preferences import Preferences
+from splinescope.session import Session
+from splinescope.subject import EditKind
+from splinescope.view import Selection
+
+LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"
+
+
+class AtOnce:
+    """An estimator and an editor that do their work in this process, as soon as they are asked."""
+
+    def __init__(self, hear: Callable[[Message], None]) -> None:
+        self.job = 0
+        self.asked: list[EditRequest] = []
+        self.hear = hear
+        self._jobs = EditJobs(hear)
+
+    def _ask(self, request: EditRequest) -> int:
+        self.job = request.job
+        self.asked.append(request)
+        return request.job
+
+    def answer(self) -> None:
+        """Do what was asked for."""
+        asked, self.asked = self.asked, []
+        for request in asked:
+            self._jobs.do(request, lambda: False)
+
+    def prepare(self, kept: bytes, config: SlamConfig) -> int:
+        return self._ask(Prepare(self.job + 1, kept, config))
+
+    def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int:
+        return self._ask(FindPreview(self.job + 1, in_force, proposed))
+
+    def make(self, edits: tuple[Edit, ...]) -> int:
+        return self._ask(MakeEdits(self.job + 1, edits))
+
+    def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: np.ndarray) -> int:
+        return self._ask(MatchLoop(self.job + 1, in_force, earlier, scan, guess))
+
+    def cancel(self) -> None:
+        """Nothing runs."""
+
+
+class Idle:
+    """An estimator that never answers: its messages are made by the test."""
+
+    def process(self, path: Path, config: SlamConfig) -> int:
+        return 1
+
+    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
+        return 2
+
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        return 3
+
+    def cancel(self) -> None:
+        """Nothing runs."""
+
+
+@pytest.fixture(scope="module")
+def finished() -> list[Message]:
+    """What the estimator says of the sample log."""
+    from splinescope.jobs import Jobs
+    from splinescope.messages import ProcessLog
+
+    sent: list[Message] = []
+    Jobs(sent.append).do(ProcessLog(1, LOG, SlamConfig()), lambda: False)
+    assert isinstance(sent[-1], Finished)
+    return sent
+
+
+class Desk:
+    """A session with a finished run, and an editor that works when told."""
+
+    def __init__(self, folder: Path, finished: list[Message], offered: bool = False, log: Path = LOG) -> None:
+        self.editor = AtOnce(lambda message: self.session.hear(message))
+        journals = Journals(folder, offered=offered)
+        self.session = Session(
+            Idle(),
+            lambda _: None,
+            Preferences(),
+            editor=self.editor,
+            journals=journals,  # type: ignore[arg-type]
+        )
+        request = ask.OpenLog(log)
+        self.session.apply(request)
+        self.session.apply(ask.LogOpened(request, open_log(log)))
+        for message in finished:
+            self.session.receive(message)
+        self.editor.answer()
+
+    @property
+    def editing(self) -> Editing:
+        return self.session.editing
+
+    @property
+    def journal(self) -> Path:
+        (path,) = self.journals
+        return path
+
+    @property
+    def journals(self) -> list[Path]:
+        return sorted(self.editing._journals.folder.glob("*.edits"))
+
+    def do(self, *commands: ask.Command) -> None:
+        for command in commands:
+            self.session.apply(command)
+            self.editor.answer()
+
+    @property
+    def shown(self) -> str:
+        """A hash of all that is shown of the result."""
+        snapshot, digest = self.session.findings.snapshot, hashlib.sha256()
+        assert snapshot is not None
+        digest.update(snapshot.poses.tobytes())
+        for spline in snapshot.map:
+            digest.update(f"{spline.id} {spline.span} {spline.observations}".encode())
+            digest.update(spline.curve.control_points.tobytes())
+        for scan, step in sorted(self.session.findings.steps.items()):
+            told = [(a.segment, a.first, a.last, a.spline, a.by) for a in step.associations]
+            digest.update(f"{scan} {told}".encode())
+        return digest.hexdigest()
+
+    def piece(self, scan: int = 11) -> Association:
+        step = self.session.findings.steps[scan]
+        return max((a for a in step.associations if a.spline is not None), key=lambda a: a.last - a.first)
+
+    def select(self, scan: int = 11) -> None:
+        piece = self.piece(scan)
+        self.do(ask.Seek(scan), ask.Select(Selection("segment", piece.segment)))
+
+
+@pytest.fixture
+def desk(tmp_path: Path, finished: list[Message]) -> Desk:
+    return Desk(tmp_path, finished)
+
+
+def test_a_proposal_shows_what_it_would_do_and_changes_nothing(desk: Desk) -> None:
+    before = desk.shown
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE))
+    proposal = desk.editing.proposal
+    assert proposal is not None and proposal.preview is not None and proposal.preview.final
+    names = dict(proposal.preview.rows)
+    assert float(names["predicted change of cost"]) < 0
+    assert names["largest move of a pose"].endswith(" mm")
+    ghost = desk.session.view.ghost
+    assert ghost is not None and ghost.splines is not None and len(ghost.splines)
+    assert desk.shown == before
+    state = desk.editing.history.state_hash
+    desk.do(ask.DropProposal())
+    assert desk.session.view.ghost is None
+    assert (desk.shown, desk.editing.history.state_hash, desk.journals) == (before, state, [])
+
+
+def test_an_accepted_edit_is_in_the_journal_before_it_is_answered(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE))
+    desk.session.apply(ask.AcceptEdits())
+    assert read_journal(desk.journal).history.active == desk.editing.history.active != ()
+    assert desk.editing.making
+    desk.editor.answer()
+    assert not desk.editing.making
+    assert desk.editing.explanation is not None
+    assert desk.session.result is not None and desk.session.result.edits == desk.editing.history.active
+
+
+@pytest.mark.parametrize("kind", [EditKind.FORBID, EditKind.NEW, EditKind.IGNORE, EditKind.SPLIT, EditKind.PIN])
+def test_edits_of_a_segment_are_made_and_taken_back(desk: Desk, kind: EditKind) -> None:
+    first = desk.shown
+    desk.select()
+    desk.do(ask.EditSelected(kind), ask.AcceptEdits())
+    assert desk.editing.explanation is not None
+    last = desk.shown
+    assert last != first
+    desk.do(ask.Undo())
+    assert desk.shown == first
+    desk.do(ask.Redo())
+    assert desk.shown == last
+    desk.do(ask.SwitchEdit(0))
+    assert desk.shown == first
+    desk.do(ask.SwitchEdit(0))
+    assert desk.shown == last
+    desk.do(ask.GoToEdit(0))
+    assert desk.shown == first
+
+
+def test_a_spline_is_split_and_merged_and_pinned(desk: Desk) -> None:
+    spline = desk.piece().spline
+    assert spline is not None
+    desk.do(ask.Select(Selection("spline", spline)), ask.EditSelected(EditKind.SPLIT), ask.AcceptEdits())
+    assert desk.session.map_view is not None and FIRST_MADE_BY_HAND in desk.session.map_view.map
+    assert desk.editing.next_id == FIRST_MADE_BY_HAND + 1
+    desk.do(ask.Select(Selection("spline", spline)), ask.ChooseTarget(spline=FIRST_MADE_BY_HAND), ask.AcceptEdits())
+    assert FIRST_MADE_BY_HAND not in desk.session.map_view.map
+    desk.do(ask.EditSelected(EditKind.PIN), ask.AcceptEdits())
+    assert desk.editing.explanation is not None
+    assert [outcome.fate.value for outcome in desk.editing.explanation.outcomes] == ["followed"] * 3
+
+
+def test_clicks_choose_a_target_and_a_place(desk: Desk) -> None:
+    spline = desk.piece().spline
+    assert spline is not None and desk.session.map_view is not None
+    x, y = desk.session.map_view.map[spline].sample(0.1)[1][20].tolist()
+    desk.do(ask.Select(Selection("spline", spline)), ask.PickNext(Picking.PLACE))
+    assert "Click the place" in desk.session.view.asks
+    desk.do(ask.PickPlace(x, y, 0.1))
+    assert desk.editing.picking is None
+    proposal = desk.editing.proposal
+    assert proposal is not None and proposal.name.startswith(f"Split spline {spline} at {x:.2f}, {y:.2f}")
+
+
+def test_a_loop_is_closed_by_laying_one_scan_over_another(desk: Desk) -> None:
+    world = desk.session.map_view
+    assert world is not None
+    first, last = world.key_poses[0], world.key_poses[-1]
+    desk.do(ask.Select(Selection("key pose", world.key_scans[-1])), ask.PickNext(Picking.LOOP))
+    desk.do(ask.PickPlace(float(first[0]), float(first[1]), 0.1))
+    draft = desk.editing.draft
+    assert draft is not None
+    np.testing.assert_allclose(draft.pose, last, atol=1e-9)
+    desk.do(ask.MoveGhost(0.1, 0.05, 0.02))
+    assert desk.session.view.ghost is not None and desk.session.view.ghost.points is not None
+    desk.do(ask.MatchGhost())
+    proposal, draft = desk.editing.proposal, desk.editing.draft
+    assert proposal is not None and draft is not None and draft.verdict.startswith("correlation")
+    (close,) = proposal.edits
+    assert isinstance(close, CloseLoop) and close.score > 0.3
+    np.testing.assert_allclose(draft.pose, last, atol=0.15)
+    desk.do(ask.AcceptEdits())
+    assert desk.session.map_view is not None
+    assert desk.session.map_view.loop_closures[-1].reason == "closed by hand"
+    number = len(desk.session.map_view.loop_closures) - 1
+    desk.do(ask.Select(Selection("closure", number)), ask.EditSelected(EditKind.DROP_LOOP), ask.AcceptEdits())
+    assert not desk.session.map_view.loop_closures[-1].accepted
+
+
+def test_two_pairs_of_points_lay_a_scan_where_they_say() -> None:
+    draft = LoopDraft(0, 5, np.zeros(3), np.array([1.0, 2.0, 0.5]), np.array([[1.0, 0.0], [0.0, 2.0]]))
+    wanted = replace(draft, guess=np.array([-0.5, 0.3, 1.2]))
+    for a, b in zip(draft.ghost, wanted.ghost, strict=True):
+        draft = draft.marked(*a.tolist()).marked(*b.tolist())
+    np.testing.assert_allclose(draft.guess, wanted.guess, atol=1e-9)
+    assert draft.marks == ()
+
+
+def test_reopening_gives_every_accepted_edit(desk: Desk, tmp_path: Path, finished: list[Message]) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    desk.select(12)
+    desk.do(ask.EditSelected(EditKind.SPLIT), ask.AcceptEdits(), ask.EditSelected(EditKind.PIN))
+    shown, history = desk.shown, desk.editing.history
+    desk.editing.close()
+    again = Desk(tmp_path, finished)
+    assert (again.shown, again.editing.history) == (shown, history)
+
+
+def test_edits_from_before_are_offered_and_can_be_set_aside(tmp_path: Path, finished: list[Message]) -> None:
+    first = Desk(tmp_path, finished, offered=True)
+    first.select()
+    first.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    shown = first.shown
+    first.editing.close()
+    again = Desk(tmp_path, finished, offered=True)
+    assert again.editing.offer is not None and again.editing.history == History()
+    again.do(ask.EditSelected(EditKind.IGNORE))
+    assert again.editing.proposal is None
+    again.do(ask.TakeUpEdits(True))
+    assert again.shown == shown
+    again.editing.close()
+    anew = Desk(tmp_path, finished, offered=True)
+    anew.do(ask.TakeUpEdits(False))
+    assert anew.editing.history == History() and anew.editing.refusal is None
+    assert len(anew.journals) == 1
+    anew.select()
+    anew.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    assert len(anew.journals) == 2
+
+
+def test_a_damaged_journal_is_told_and_not_touched(desk: Desk, tmp_path: Path, finished: list[Message]) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits(), ask.Undo())
+    desk.editing.close()
+    lines = desk.journal.read_bytes().replace(b"Ignore", b"Ignone", 1)
+    desk.journal.write_bytes(lines)
+    again = Desk(tmp_path, finished)
+    assert any("damaged" in trouble for trouble in again.session.troubles)
+    assert again.journal.read_bytes() == lines
+
+
+def test_a_log_that_moved_is_told(desk: Desk, tmp_path: Path, finished: list[Message]) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    desk.editing.close()
+    moved = tmp_path / "elsewhere.log.gz"
+    moved.write_bytes(LOG.read_bytes())
+    again = Desk(tmp_path, finished, log=moved)
+    assert "The log has moved" in [notice.title for notice in again.session.notices]
+    assert again.editing.history == desk.editing.history or again.editing.history.active
+
+
+def test_what_cannot_be_done_says_why(desk: Desk) -> None:
+    desk.do(ask.EditSelected(EditKind.FORCE), ask.Undo(), ask.Redo(), ask.AcceptEdits(), ask.SwitchEdit(3))
+    told = {notice.title for notice in desk.session.notices}
+    assert {"Nothing was proposed", "Nothing to undo", "Nothing to redo", "Nothing to accept"} <= told
+    assert desk.journals == []
+    for kind in EditKind:
+        assert edit_desk.refusal(desk.session, kind)
+
+
+def test_the_editor_s_death_is_told_and_what_was_accepted_stays(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE))
+    desk.session.apply(ask.AcceptEdits())
+    desk.session.hear(Failed(desk.editor.job, "The estimator ended unexpectedly (signal SIGTERM)."))
+    assert [type(request).__name__ for request in desk.editor.asked[-2:]] == ["Prepare", "MakeEdits"]
+    desk.editor.answer()
+    assert desk.session.result is not None and desk.session.result.edits == desk.editing.history.active != ()
+
+
+# -- random operations ---------------------------------------------------------------------------------------------
+def edits_on(desk: Desk) -> list[Edit]:
+    """An edit of each simple kind on many key scans."""
+    out: list[Edit] = []
+    for scan in sorted(desk.session.findings.steps):
+        piece = desk.piece(scan)
+        assert piece.spline is not None
+        where = (piece.scan, piece.segment, piece.first, piece.last)
+        pose = tuple(desk.session.findings.pose(scan).tolist())
+        out += [Ignore(*where), Forbid(*where, piece.spline), Force(*where, piece.spline), PinPose(scan, pose)]
+        out.append(MakeNew(*where, FIRST_MADE_BY_HAND + scan))
+    return out
+
+
+class QuickAndWrong(AtOnce):
+    """Makes of edits a map that differs for different edits, in no time."""
+
+    base: Snapshot
+
+    def answer(self) -> None:
+        asked, self.asked = self.asked, []
+        for request in asked:
+            if isinstance(request, FindPreview):
+                self.hear(PreviewFound(request.job, Preview(final=True)))
+            if isinstance(request, MakeEdits):
+                aside = int(hashlib.sha256(repr(request.edits).encode()).hexdigest()[:8], 16) / 2**32
+                poses = self.base.poses + np.array([aside, 0.0, 0.0])
+                self.hear(EditsMade(request.job, replace(self.base, poses=poses), {}, None, None))
+
+
+def test_300_random_operations_undone_give_the_first_hash_and_redone_the_last(
+    tmp_path: Path, finished: list[Message]
+) -> None:
+    desk = Desk(tmp_path, finished)
+    editor = QuickAndWrong(desk.session.hear)
+    assert desk.session.findings.snapshot is not None
+    editor.base, desk.editor = desk.session.findings.snapshot, editor
+    desk.editing._editor = editor
+    rng, edits, first = np.random.default_rng(11), edits_on(desk), desk.shown
+    for _ in range(300):
+        history = desk.editing.history
+        match rng.integers(0, 7):
+            case 0 | 1 | 2:
+                desk.do(ask.ProposeEdits((edits[rng.integers(len(edits))],)), ask.AcceptEdits())
+            case 3:
+                desk.do(ask.Undo())
+            case 4:
+                desk.do(ask.Redo())
+            case 5 if history.states:
+                desk.do(ask.SwitchEdit(int(rng.choice(list(history.states)))))
+            case _:
+                desk.do(ask.GoToEdit(int(rng.integers(len(history.entries) + 1))))
+    history = desk.editing.history
+    desk.do(ask.GoToEdit(len(history.entries)))
+    last = desk.shown
+    for _ in history.entries:
+        desk.do(ask.Undo())
+    assert desk.shown == first
+    for _ in history.entries:
+        desk.do(ask.Redo())
+    assert desk.shown == last
+    assert read_journal(desk.journal).history == desk.editing.history
+
+
+class Operating(RuleBasedStateMachine):
+    """A session under random commands, with the real editor: what is shown depends on the edits in force alone."""
+
+    finished: list[Message]
+    folders: Iterator[Path]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.desk = Desk(next(self.folders), self.finished)
+        self.edits = edits_on(self.desk)[:25]
+        self.seen = {self.desk.editing.history.state_hash: self.desk.shown}
+
+    @rule(data=st.data(), accepted=st.booleans())
+    def propose(self, data: st.DataObject, accepted: bool) -> None:
+        before = self.desk.shown
+        self.desk.do(ask.ProposeEdits((data.draw(st.sampled_from(self.edits)),)))
+        assert self.desk.shown == before
+        self.desk.do(ask.AcceptEdits() if accepted else ask.Leave())
+
+    @rule(command=st.sampled_from([ask.Undo(), ask.Redo(), ask.SwitchEdit(0), ask.SwitchEdit(1), ask.GoToEdit(1)]))
+    def go(self, command: ask.Command) -> None:
+        self.desk.do(command)
+
+    @rule(scan=st.integers(0, 22), kind=st.sampled_from(EditKind), by=st.integers(-2, 2))
+    def select_and_propose(self, scan: int, kind: EditKind, by: int) -> None:
+        self.desk.do(
+            ask.Seek(scan),
+            ask.Select(Selection("segment", 0)),
+            ask.ChooseTarget(by),
+            ask.EditSelected(kind),
+            ask.Leave(),
+        )
+
+    @rule()
+    def reopen(self) -> None:
+        history, shown = self.desk.editing.history, self.desk.shown
+        folder = self.desk.editing._journals.folder
+        self.desk.editing.close()
+        self.desk = Desk(folder, self.finished)
+        assert (self.desk.editing.history, self.desk.shown) == (history, shown)
+
+    @invariant()
+    def the_same_edits_show_the_same(self) -> None:
+        assert not self.desk.editing.making
+        found = self.seen.setdefault(self.desk.editing.history.state_hash, self.desk.shown)
+        assert self.desk.shown == found
+
+    def teardown(self) -> None:
+        self.desk.editing.close()
+
+
+def test_a_session_under_random_operations(tmp_path_factory: pytest.TempPathFactory, finished: list[Message]) -> None:
+    from hypothesis.stateful import run_state_machine_as_test
+
+    Operating.finished = finished
+    Operating.folders = (tmp_path_factory.mktemp("edits") for _ in itertools.count())
+    run_state_machine_as_test(Operating, settings=settings(max_examples=6, stateful_step_count=10, deadline=None))
