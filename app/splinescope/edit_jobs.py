@@ -73,7 +73,7 @@ class Jobs:
     def do(self, request: EditRequest, cancelled: Callable[[], bool]) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
         try:
-            if not cancelled():
+            if isinstance(request, Prepare) or not cancelled():
                 self._do(request, cancelled)
         except Cancelled:
             self._send(Stopped(request.job))

@@ -119,8 +119,8 @@ class GhostView:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """One frame of the page; `measured` are the places that the ruler lies on (m), `asks` is a sentence that a person is
-    to read now."""
+    """One frame of the page; `measured` are the places that the ruler lies on (m), `asks` is a sentence that a person
+    is to read now."""
 
     map: MapView | None = None
     scan: ScanView | None = None

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 from app import estimator
 from bspline_slam.measuring import Picked
+from bspline_slam.edits.edit import Edit
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig
 from splinescope import jobs
@@ -32,8 +33,8 @@ class InlineEstimator:
     def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
         return self._do(lambda job: SolveMap(job, path, kept, config))
 
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig) -> int:
-        return self._do(lambda job: FindCovariances(job, path, kept, config))
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        return self._do(lambda job: FindCovariances(job, path, kept, config, edits))
 
     def measure(self, kept: bytes, first: Picked, second: Picked) -> int:
         return self._do(lambda job: MeasureMap(job, kept, first, second))

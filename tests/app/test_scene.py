@@ -18,7 +18,7 @@ from splinescope.scene.legend import legend
 from splinescope.scene.map_layers import compared, loop_closures, splines
 from splinescope.scene.scan_layers import robot, ties
 from splinescope.scene.scene import DRAWINGS, Frame, graded_by, hint
-from splinescope.view import Colouring, Layer, Selection, View
+from splinescope.view import Colouring, GhostView, Layer, Selection, View
 
 CLOSE = Viewport(2.5, 2.0, 0.01, 900, 700)
 BUDGET = 8000  # line segments: about a third of a second a frame without a GPU
@@ -40,7 +40,11 @@ def counts(view: View, viewport: Viewport) -> dict[str, int]:
 
 
 def test_every_layer_draws_something(view: View) -> None:
+    assert view.map is not None
+    lines = np.stack([view.map.estimate[:5, :2], view.map.estimate[:5, :2] + 0.5], axis=1)
+    ghost = GhostView(view.map.map, view.map.estimate, view.map.estimate[:9, :2], ((0.0, 0.0),), lines)
     chosen = replace(view, selection=Selection("control point", 3, 2), compared=view.map, measured=np.eye(2))
+    chosen = replace(chosen, ghost=ghost)
     drawn = counts(replace(chosen, colouring=Colouring.RESIDUAL), CLOSE)
     assert {name for name, count in drawn.items() if count == 0} == set()
     assert {drawing.layer for drawing in DRAWINGS} - {None} == set(Layer) - {Layer.GRID}

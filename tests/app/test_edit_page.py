@@ -1,0 +1,199 @@
+"""Hand edits in a browser: each by mouse and by key, preview, undo and redo, reload, and reopening after kill −9."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from app.browser import Window, until
+from bspline_slam.edits.journal import read_journal
+from splinescope import commands as ask
+from splinescope.page import open_page
+from splinescope.view import Selection
+from splinescope.viewer import Viewer
+
+LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"
+PATIENCE = 120.0  # s; a first run compiles the kernels
+SCAN = 11
+
+Opener = Callable[..., Window]
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
+    """The application with a finished run."""
+    viewer = Viewer(open_page("127.0.0.1", 0), tmp_path_factory.mktemp("memory") / "session.json")
+    thread = threading.Thread(target=viewer.run)
+    thread.start()
+    viewer.post(ask.OpenLog(LOG))
+    yield viewer
+    viewer.stop()
+    thread.join(10)
+    viewer.close()
+
+
+@pytest.fixture
+def ready(running: Viewer) -> Viewer:
+    """Nothing edited, nothing proposed, a segment of a key scan selected."""
+    until(lambda: running.session.editing.base, "the end of processing", PATIENCE)
+    running.post(ask.DropProposal())
+    running.post(ask.GoToEdit(0))
+    running.post(ask.Seek(SCAN))
+    step = running.session.findings.steps[SCAN]
+    longest = max((a for a in step.associations), key=lambda a: a.last - a.first)
+    running.post(ask.Select(Selection("segment", longest.segment)))
+    until(lambda: not running.session.editing.making and not in_force(running), "the automatic map")
+    until(lambda: running.session.cursor == SCAN and running.session.selection, "the key scan")
+    return running
+
+
+def in_force(viewer: Viewer) -> int:
+    return len(viewer.session.editing.history.active)
+
+
+def open_tab(window: Window, name: str) -> None:
+    window.page.get_by_role("tab", name=name, exact=True).click()
+
+
+def press(page: Page, words: str) -> None:
+    """The button with these words on it."""
+    page.get_by_role("button", name=words, exact=True).first.click()
+
+
+def previewed(viewer: Viewer) -> bool:
+    proposal = viewer.session.editing.proposal
+    return proposal is not None and proposal.preview is not None and proposal.preview.final
+
+
+BY_KEY = {"Delete": "Ignore beams", "x": "Forbid beams", "w": "Make a new spline", "u": "Split segment", "p": "Pin"}
+BY_MOUSE = {"Ignore": "Ignore beams", "Forbid spline": "Forbid beams", "New spline": "Make a new", "Pin": "Pin"}
+
+
+def test_each_edit_by_key_is_looked_at_accepted_undone_and_redone(ready: Viewer, open_window: Opener) -> None:
+    window, session = open_window(ready.url), ready.session
+    for key, name in BY_KEY.items():
+        window.page.keyboard.press(key)
+        until(lambda: previewed(ready), f"the preview of {name}")
+        assert session.editing.proposal is not None and session.editing.proposal.name.startswith(name)
+        window.page.keyboard.press("Escape")
+        until(lambda: session.editing.proposal is None, "nothing proposed")
+        assert in_force(ready) == 0
+        window.page.keyboard.press(key)
+        until(lambda: previewed(ready), f"the preview of {name}")
+        window.page.keyboard.press("Enter")
+        until(lambda: in_force(ready) == 1 and not session.editing.making, f"{name} made")
+        window.page.keyboard.press("Control+z")
+        until(lambda: in_force(ready) == 0, f"{name} undone")
+        window.page.keyboard.press("Control+Shift+z")
+        until(lambda: in_force(ready) == 1, f"{name} redone")
+        window.page.keyboard.press("Control+z")
+        until(lambda: in_force(ready) == 0 and not session.editing.making, f"{name} undone again")
+
+
+def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, open_window: Opener) -> None:
+    window, session = open_window(ready.url), ready.session
+    open_tab(window, "Edit")
+    for words, name in BY_MOUSE.items():
+        press(window.page, words)
+        expect(window.page.get_by_text(name).first).to_be_visible()
+        until(lambda: previewed(ready), "the preview")
+        press(window.page, "Cancel Esc")
+        until(lambda: session.editing.proposal is None, "nothing proposed")
+    press(window.page, "Ignore")
+    expect(window.page.get_by_text("predicted change of cost").first).to_be_visible()
+    until(lambda: (window.node("/splinescope/ghost") or {}).get("visible"), "the ghost")
+    press(window.page, "Accept ⏎")
+    until(lambda: session.editing.explanation, "the explanation")
+    expect(window.page.get_by_text("The ten worst residuals")).to_be_visible()
+    expect(window.page.get_by_text("✓ followed").first).to_be_visible()
+    until(lambda: (window.node("/splinescope/moves") or {}).get("visible"), "lines where poses moved")
+    window.page.get_by_role("button", name="scan", exact=False).and_(
+        window.page.locator("[data-row=edit-worst] button")
+    ).first.click()
+    assert session.editing.explanation is not None
+    worst = session.editing.explanation.worst[0].scan
+    until(lambda: session.cursor == worst, "the scan of the worst residual")
+    press(window.page, "Undo")
+    until(lambda: in_force(ready) == 0, "undone")
+    window.page.locator("[data-row=edit-state][data-number='1'] button").click()
+    until(lambda: in_force(ready) == 1, "the past state that was clicked")
+    window.page.locator("[data-row=edit-switch] button").first.click()
+    until(lambda: in_force(ready) == 0, "switched off")
+
+
+def test_a_click_chooses_where_a_spline_is_split(ready: Viewer, open_window: Opener) -> None:
+    window, session = open_window(ready.url), ready.session
+    world = session.map_view
+    assert world is not None
+    spline = world.map.splines[0]
+    ready.post(ask.Select(Selection("spline", spline.id)))
+    until(lambda: session.selection == Selection("spline", spline.id), "the spline")
+    window.page.keyboard.press("Shift+U")
+    until(lambda: session.editing.picking, "the question where")
+    expect(window.page.get_by_text("Click the place to split it at.").first).to_be_visible()
+    x, y = spline.sample(0.1)[1][30]
+    window.page.mouse.click(*window.pixel_of(x, y))
+    until(lambda: previewed(ready), "the preview")
+    assert session.editing.proposal is not None
+    assert session.editing.proposal.name.startswith(f"Split spline {spline.id}")
+
+
+def test_a_page_that_is_loaded_again_shows_the_edits(ready: Viewer, open_window: Opener) -> None:
+    window, session = open_window(ready.url), ready.session
+    window.page.keyboard.press("Delete")
+    until(lambda: previewed(ready), "the preview")
+    window.page.keyboard.press("Enter")
+    until(lambda: in_force(ready) == 1 and not session.editing.making, "the edit made")
+    window.page.reload()
+    open_tab(window, "Edit")
+    expect(window.page.get_by_text("Ignore beams").first).to_be_visible()
+    expect(window.page.get_by_text("✓ followed").first).to_be_visible()
+
+
+def served(session: Path) -> tuple[subprocess.Popen[str], str]:
+    """The program as a person starts it, and its address."""
+    command = [sys.executable, "-m", "splinescope", "view", str(LOG), "--port", "0", "--no-browser"]
+    process = subprocess.Popen([*command, "--session", str(session)], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    words = process.stdout.readline().split()
+    return process, next(word for word in words if word.startswith("http"))
+
+
+def test_after_kill_minus_nine_everything_accepted_is_there_again(tmp_path: Path, open_window: Opener) -> None:
+    session = tmp_path / "session.json"
+    process, url = served(session)
+    window = open_window(url)
+    page = window.page
+    open_tab(window, "Edit")
+    expect(page.get_by_text("No edit was made yet.")).to_be_visible(timeout=1000 * PATIENCE)
+    expect(page.get_by_text("show one first")).to_be_hidden(timeout=1000 * PATIENCE)
+    page.keyboard.press("j")
+    page.keyboard.press("Delete")
+    expect(page.get_by_text("predicted change of cost").first).to_be_visible(timeout=1000 * PATIENCE)
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("as the estimator made it")).to_be_visible()
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait(10)
+    window.errors.clear()
+    (journal,) = tmp_path.glob("session.*.edits")
+    assert len(read_journal(journal).history.active) == 1
+    assert json.loads(journal.read_text().splitlines()[0])["log"] == str(LOG)
+    process, url = served(session)
+    again = open_window(url)
+    try:
+        open_tab(again, "Edit")
+        expect(again.page.get_by_text("✓ followed").first).to_be_visible(timeout=1000 * PATIENCE)
+    finally:
+        process.kill()
+        process.wait(10)
+        window.errors.clear()
+        again.errors.clear()
