@@ -336,6 +336,7 @@ class Editing:
         edited = replace(
             self.base, snapshot=made.snapshot, steps=steps, solution=made.solution or self.base.solution,
             quality=None, covariances={}, sigmas=None, consistency=None, measured=False, edits=self.history.active,
+            frames=(),
         )  # fmt: skip
         self.explanation = made.explanation
         self._show.amend(edited)

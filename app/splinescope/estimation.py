@@ -32,7 +32,9 @@ class Estimator(Protocol):
     def process(self, path: Path, config: SlamConfig) -> int: ...
     def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
-    def measure(self, kept: bytes, first: Picked, second: Picked) -> int: ...
+    def measure(
+        self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked
+    ) -> int: ...
     def cancel(self) -> None: ...
 
 
@@ -117,7 +119,7 @@ class Estimation:
             return "The map is being changed; measure when that has ended."
         if shown is None or shown.solution is None or self._findings.snapshot is not shown.snapshot:
             return "There is no solved map to measure in."
-        return self._estimator.measure(shown.kept, first, second)
+        return self._estimator.measure(shown.kept, shown.recipe.config(), shown.edits, first, second)
 
     def run_refusal(self, recipe: Recipe) -> str | None:
         """A sentence on what stands in the way of running over the log now; None if nothing does."""

@@ -14,6 +14,7 @@ from bspline_slam import slam
 from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.edits.amend import amended
+from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
@@ -65,6 +66,7 @@ class Jobs:
         self._log: ScanLog | None = None
         self._latest: Done | None = None
         self._factor: tuple[Snapshot, Factor] | None = None
+        self._amended: tuple[bytes, tuple[Edit, ...], Snapshot] | None = None
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -87,15 +89,23 @@ class Jobs:
                 before = self._unpacked(kept)
                 self._latest = optimise(self._open(path), before, config, reporter, self._send, cancelled)
             case FindCovariances(path=path, kept=kept, config=config, edits=edits):
-                snapshot = amended(self._unpacked(kept), edits, config, cancelled=cancelled).snapshot
+                snapshot = self._with_edits(kept, edits, config, cancelled)
                 judge(self._open(path), snapshot, config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
+            case MeasureMap(kept=kept, config=config, edits=edits, first=first, second=second):
+                snapshot = self._with_edits(kept, edits, config, cancelled)
+                self._send(Measured(request.job, self._measured(snapshot, first, second)))
 
-            case MeasureMap(kept=kept, first=first, second=second):
-                self._send(Measured(request.job, self._measured(kept, first, second)))
+    def _with_edits(self, kept: bytes, edits: tuple[Edit, ...], config: SlamConfig, cancelled: Cancelling) -> Snapshot:
+        """A snapshot amended by hand; the latest one is remembered."""
+        base = self._unpacked(kept)
+        if not edits:
+            return base
+        if self._amended is None or self._amended[:2] != (kept, edits):
+            self._amended = (kept, edits, amended(base, edits, config, cancelled=cancelled).snapshot)
+        return self._amended[2]
 
-    def _measured(self, kept: bytes, first: Picked, second: Picked) -> Measurement | str:
-        snapshot = self._unpacked(kept)
+    def _measured(self, snapshot: Snapshot, first: Picked, second: Picked) -> Measurement | str:
         if snapshot.estimate is None:
             return "This map was never solved as a whole."
         if self._factor is None or self._factor[0] is not snapshot:

@@ -52,10 +52,12 @@ class FindCovariances:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeasureMap:
-    """How far two things of a solved map are apart, `kept` as it was sent."""
+    """How far two things of a solved map are apart, `kept` as it was sent and then amended by hand."""
 
     job: int
     kept: bytes
+    config: SlamConfig
+    edits: tuple[Edit, ...]
     first: Picked
     second: Picked
 

@@ -69,9 +69,10 @@ class Worker:
         job's number."""
         return self._ask(FindCovariances(self._job + 1, path, kept, config, edits))
 
-    def measure(self, kept: bytes, first: Picked, second: Picked) -> int:
-        """Ask how far two things of a map are apart, `kept` being what came with it; returns the job's number."""
-        return self._ask(MeasureMap(self._job + 1, kept, first, second))
+    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
+        """Ask how far two things of a map with hand edits are apart, `kept` being what came with it before these;
+        returns the job's number."""
+        return self._ask(MeasureMap(self._job + 1, kept, config, edits, first, second))
 
     def cancel(self) -> None:
         """Stop every job asked for so far."""

@@ -7,8 +7,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from app import estimator
-from bspline_slam.measuring import Picked
 from bspline_slam.edits.edit import Edit
+from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig
 from splinescope import jobs
@@ -36,8 +36,8 @@ class InlineEstimator:
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         return self._do(lambda job: FindCovariances(job, path, kept, config, edits))
 
-    def measure(self, kept: bytes, first: Picked, second: Picked) -> int:
-        return self._do(lambda job: MeasureMap(job, kept, first, second))
+    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
+        return self._do(lambda job: MeasureMap(job, kept, config, edits, first, second))
 
     def cancel(self) -> None:
         self.cancelled = len(self.asked)

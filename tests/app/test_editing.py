@@ -19,6 +19,7 @@ from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, Forbid,
 from bspline_slam.edits.history import History
 from bspline_slam.edits.journal import read_journal
 from bspline_slam.logs import open_log
+from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot
 from splinescope import commands as ask
 from splinescope import edit_desk
@@ -92,6 +93,9 @@ class Idle:
 
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         return 3
+
+    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
+        return 4
 
     def cancel(self) -> None:
         """Nothing runs."""

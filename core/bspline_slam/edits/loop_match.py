@@ -60,6 +60,6 @@ def match_loop(
 
 def point_set(key: KeyObservations) -> PointSet:
     """The beam ends of a key scan's segments with their normals."""
-    points = [np.zeros((0, 2)), *(segment.points for segment in key.segments)]
-    normals = [np.zeros((0, 2)), *(left_normals(segment.points) for segment in key.segments)]
-    return PointSet(np.concatenate(points), np.concatenate(normals))
+    points = np.concatenate([np.zeros((0, 2)), *(segment.points for segment in key.segments)])
+    sizes = np.array([len(segment.points) for segment in key.segments], dtype=np.int64)
+    return PointSet(points, left_normals(points, sizes))
