@@ -3,7 +3,7 @@ it fits; else the motion so far."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -49,31 +49,33 @@ class MotionConfig:
 class OdometryCalibration:
     """Linear map from an odometry step (dx, dy, dθ) to the step really made, learnt by least squares.
 
-    `gram` and `moment` are the accumulated normal equations. The identity is the prior, held less firmly when the
-    odometry of this log was once found not to fit (`distrusted`).
+    `gram` and `moment` are the accumulated normal equations. `signs` of the three are the prior, held less firmly when
+    the odometry of this log was once found not to fit (`distrusted`).
     """
 
     gram: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.zeros((3, 3)))
     moment: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.zeros((3, 3)))
     steps: int = 0
     distrusted: bool = False
+    signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def matrix(self, config: MotionConfig) -> Float[np.ndarray, "3 3"]:
-        """The learnt 3 × 3 map; the identity until there is something to learn from."""
+        """The learnt 3 × 3 map; that of the signs until there is something to learn from."""
+        start = np.diag(self.signs)
         if self.steps < config.least_steps:
-            return np.eye(3)
-        prior = (config.distrust if self.distrusted else config.trust) * np.eye(3)
-        return np.linalg.solve(self.gram + prior, self.moment + prior).T
+            return start
+        held = config.distrust if self.distrusted else config.trust
+        return np.linalg.solve(self.gram + held * np.eye(3), self.moment + held * start).T
 
     def learned(
         self, step: Float[np.ndarray, "3"], matched: Float[np.ndarray, "3"], config: MotionConfig
     ) -> OdometryCalibration:
         """The calibration after one more pair of odometry step and matched step."""
-        return OdometryCalibration(
-            config.memory * self.gram + np.outer(step, step),
-            config.memory * self.moment + np.outer(step, matched),
-            self.steps + 1,
-            self.distrusted,
+        return replace(
+            self,
+            gram=config.memory * self.gram + np.outer(step, step),
+            moment=config.memory * self.moment + np.outer(step, matched),
+            steps=self.steps + 1,
         )
 
 
@@ -100,8 +102,8 @@ class Unexplained:
     """How much of the motion of late odometry leaves unexplained, of position and of heading: frozen wheels all of it,
     reversed ones four times as much (as squares count).
 
-    `squares` (m², rad²) are sums of squared errors of odometry, `moved` of squared motion; noise counts as motion, so
-    that a straight drive says nothing of turns. `fits` is the verdict.
+    `squares` (m², rad²) are sums of squared errors of odometry, `moved` of squared motion; usual noise (3 σ) counts as
+    motion, so that a straight drive says nothing of turns. `fits` is the verdict.
     """
 
     squares: Float[np.ndarray, "2"]
@@ -123,7 +125,8 @@ class Unexplained:
     ) -> Unexplained:
         """After one more step, `made` as beams with information `seen` (frame of its end) say. Along a direction that
         they leave open, a match only repeats what it was told, which is no evidence."""
-        noise = np.array([0.5 * config.judged_distance, 0.5 * config.judged_turn])
+        usual = 3.0 / np.sqrt(np.diag(step_information(wheels, config))[1:])
+        noise = np.maximum(0.5 * np.array([config.judged_distance, config.judged_turn]), usual)
         place = seen[:2, :2]
         determined = place @ np.linalg.inv(place + np.eye(2) / config.position**2)
         off = se2.between(made, wheels)

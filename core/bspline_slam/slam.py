@@ -24,6 +24,7 @@ from bspline_slam.models import ChordLengthConfig, make_model
 from bspline_slam.models.protocol import Model
 from bspline_slam.motion import MotionConfig
 from bspline_slam.observation import MODELS
+from bspline_slam.odometry_signs import odometry_signs
 from bspline_slam.scan import LaserScan, ScanLog
 from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
@@ -151,7 +152,7 @@ class Slam:
         c = self.config
         check_names(c)
         self._model = model_of(c)
-        self._tracker = Tracker(c.tracking, c.matching, c.segmentation, c.motion)
+        self._tracker = self._new_tracker()
         self._closer = LoopCloser(c.loops, c.matching, c.tracking)
         self._builder = MapBuilder(c.association, self._model)
 
@@ -160,6 +161,8 @@ class Slam:
         if len(self.log) == 0:
             raise LogError(self.log.path, "it holds no laser scan, so there is nothing to map")
         odometry = self.log.odometry
+        if odometry is not None:
+            self._tracker.assume(odometry_signs(self.log, odometry, self._new_tracker))
         for scan in self.log:
             if self.cancelled():
                 raise Cancelled(f"cancelled at scan {scan.index}")
@@ -210,6 +213,10 @@ class Slam:
             lambda fraction: progress("scans between", fraction, None), cancelled,
         )  # fmt: skip
         return replace(snapshot, poses=poses)
+
+    def _new_tracker(self) -> Tracker:
+        c = self.config
+        return Tracker(c.tracking, c.matching, c.segmentation, c.motion)
 
     # -- steps of `process` and `finish` -----------------------------------------------------------------------
     def _close_loops(self) -> tuple[LoopClosure, ...]:

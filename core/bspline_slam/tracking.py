@@ -137,6 +137,10 @@ class Tracker:
     def __post_init__(self) -> None:
         self.unexplained = Unexplained.at_start(self.motion)
 
+    def assume(self, signs: tuple[float, float, float]) -> None:
+        """Take odometry (dx, dy, dθ) with these signs until there is something better to learn from."""
+        self._calibrate(replace(self.calibration, signs=signs))
+
     def track(self, scan: LaserScan, odometry: Float[np.ndarray, "3"] | None) -> Tracked:
         """Place the next scan of the log; `odometry` is its odometry pose, None where the log has none."""
         if not self.keys:

@@ -90,6 +90,14 @@ def test_along_a_bare_corridor_nothing_is_held_against_odometry() -> None:
     assert judged(np.random.default_rng(6), np.diag([-1.0, 1.0, 1.0]), 50, corridor, turns=0.0).fits
 
 
+def test_a_straight_drive_is_no_evidence_against_noisy_headings() -> None:
+    rng, config = np.random.default_rng(9), MotionConfig()
+    found = Unexplained.at_start(config)
+    for _ in range(200):
+        found = found.learned(np.array([0.6, 0.0, rng.normal(0, 0.06)]), np.array([0.6, 0.0, 0.0]), CLEAR, config)
+        assert found.fits
+
+
 def test_what_fits_again_is_believed_again() -> None:
     rng, config = np.random.default_rng(7), MotionConfig()
     found = judged(rng, np.zeros((3, 3)), 20)
