@@ -18,13 +18,16 @@ const CORNERS = 44; // px: the scale and the legend stand above the timeline
 const MARKS = [
   ["key", "--scope-mark-key", 0.62, 1],
   ["loop", "--scope-mark-loop", 0, 0.5],
+  ["new", "--scope-mark-new", 0.5, 0.62],
+  ["gated", "--scope-mark-gated", 0.5, 0.62],
   ["lost", "--scope-mark-lost", 0, 1],
+  ["hand", "--scope-mark-hand", 0, 0.62],
 ];
 
 const ask = (command, value) => send("timeline", { command, value });
 
 let state = { index: 0, length: 0, processed: 0, playing: false, speed: 1, label: "" };
-let marks = { key: [], loop: [], lost: [] };
+let marks = {};
 let held = false; // while a person drags the thumb it is theirs
 
 function button(id) {
@@ -91,7 +94,7 @@ function draw() {
   pen.fillRect(0, height * 0.62, (width * Math.min(state.processed, state.length)) / Math.max(state.length, 1), height * 0.38);
   for (const [kind, colour, top, base] of MARKS) {
     pen.fillStyle = colours.getPropertyValue(colour);
-    for (const position of marks[kind]) pen.fillRect((position / last) * width - 0.5, top * height, 1, (base - top) * height);
+    for (const position of marks[kind] ?? []) pen.fillRect((position / last) * width - 0.5, top * height, 1, (base - top) * height);
   }
   pen.fillStyle = colours.getPropertyValue("--scope-accent");
   const shown = held ? Number(slider.value) : state.index;

@@ -381,6 +381,35 @@ class MatchGhost:
 
 
 @dataclass(frozen=True, slots=True)
+class StepDoubt:
+    """Look at the doubtful decision `by` further on."""
+
+    by: int
+
+
+@dataclass(frozen=True, slots=True)
+class ShowDoubt:
+    """Look at the doubtful decision of this number."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class SettleDoubt:
+    """The doubtful decision looked at is right, or is to be overruled."""
+
+    right: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SeekMark:
+    """Go to the next mark of a kind on the timeline (by = 1), or to the one before (by = −1)."""
+
+    kind: str
+    by: int
+
+
+@dataclass(frozen=True, slots=True)
 class ShowWorst:
     """Go to the residual of this place in the list of the worst."""
 
@@ -442,5 +471,9 @@ Command = (
     | TakeUpEdits
     | MoveGhost
     | MatchGhost
+    | StepDoubt
+    | ShowDoubt
+    | SettleDoubt
+    | SeekMark
     | ShowWorst
 )

@@ -12,6 +12,7 @@ from bspline_slam.edits.explain import Worst
 from splinescope import commands as ask
 from splinescope.editing import Editing, Picking
 from splinescope.loop_draft import LoopDraft
+from splinescope.marks import marks
 from splinescope.notice import Notice
 from splinescope.picking import nearest_key_pose, nearest_spline
 from splinescope.subject import EditKind, Subject, edits_for, subject_of
@@ -61,6 +62,16 @@ def apply(session: Session, command: ask.Command) -> bool:
             editing.match_draft()
         case ask.ShowWorst(number=number):
             _show_worst(session, number)
+        case ask.StepDoubt(by=by):
+            editing.doubts = editing.doubts.stepped(by)
+            _show_doubt(session)
+        case ask.ShowDoubt(number=number):
+            editing.doubts = editing.doubts.looking_at(number)
+            _show_doubt(session)
+        case ask.SettleDoubt(right=right):
+            _settle_doubt(session, right)
+        case ask.SeekMark(kind=kind, by=by):
+            _seek_mark(session, kind, by)
         case _:
             return False
     return True
@@ -166,6 +177,48 @@ def _show_worst(session: Session, number: int) -> None:
     worst = explanation.worst[number]
     session.apply(ask.Seek(worst.scan))
     session.apply(ask.Select(_selection_of(session, worst)))
+
+
+def _show_doubt(session: Session) -> None:
+    """Go to the doubtful decision looked at."""
+    doubt = session.editing.doubts.current
+    if doubt is None:
+        session.tell(Notice("No doubts", "No decision was close enough to be doubted."))
+        return
+    session.editing.leave()
+    session.apply(ask.Seek(doubt.scan))
+    if doubt.closure is not None:
+        session.apply(ask.Select(Selection("closure", doubt.closure)))
+    elif doubt.piece is not None:
+        session.apply(ask.Select(Selection("segment", doubt.piece.segment)))
+        pieces = [(a.first, a.last) for a in subject(session).pieces]
+        where = (doubt.piece.first, doubt.piece.last)
+        session.editing.piece = pieces.index(where) if where in pieces else 0
+
+
+def _settle_doubt(session: Session, right: bool) -> None:
+    """Find the decision looked at right, or propose to overrule it."""
+    editing, doubt = session.editing, session.editing.doubts.current
+    if doubt is None:
+        session.tell(Notice("Nothing is doubted", "Go to a doubtful decision first."))
+    elif right:
+        editing.doubts = editing.doubts.settled()
+        if editing.doubts.current is not None:
+            _show_doubt(session)
+    elif doubt.overrule:
+        editing.propose(doubt.overrule)
+    else:
+        session.tell(Notice("Nothing was proposed", "To close this loop after all, lay one scan over the other."))
+
+
+def _seek_mark(session: Session, kind: str, by: int) -> None:
+    """Go to the next mark of a kind on the timeline."""
+    places = np.unique([mark.position for mark in marks(session) if mark.kind == kind])
+    ahead = places[places > session.cursor] if by > 0 else places[places < session.cursor][::-1]
+    if len(ahead):
+        session.apply(ask.Seek(int(ahead[0])))
+    else:
+        session.tell(Notice("No such mark", f"There is none {'later' if by > 0 else 'earlier'} on the timeline."))
 
 
 def _selection_of(session: Session, worst: Worst) -> Selection:

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.edits.amend import Amended, amended, edited
 from bspline_slam.edits.decisions import Decisions
+from bspline_slam.edits.doubts import doubts
 from bspline_slam.edits.edit import CloseLoop, DropLoop, Edit, Force, MakeNew, OnPiece
 from bspline_slam.edits.explain import Explanation, explain
 from bspline_slam.edits.ground import Ground
@@ -28,6 +29,7 @@ from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
 from bspline_slam.tracking import carried_along
 from splinescope.edit_messages import (
+    DoubtsFound,
     EditRequest,
     EditsMade,
     FindPreview,
@@ -89,6 +91,7 @@ class Jobs:
                 self._base, self._config = pickle.loads(kept), config
                 self._made.clear()
                 self._state((), cancelled)
+                self._send(DoubtsFound(request.job, doubts(self._whole, config)))
             case FindPreview(in_force=in_force, proposed=proposed):
                 state = self._state(in_force, cancelled)
                 preview(self._whole, state, proposed, lambda p: self._send(PreviewFound(request.job, p)))
@@ -131,6 +134,7 @@ class Jobs:
         state = self._state(edits, cancelled)
         if cancelled():
             raise Cancelled("newer edits are on their way")
+        self._send(DoubtsFound(job, doubts(state.amended.snapshot, self._config)))
         self._send(made_message(job, self._whole, state, time.monotonic() - start))
 
     def _answer_quickly(self, job: int, before: Made, more: tuple[Edit, ...]) -> None:

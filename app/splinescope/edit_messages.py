@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.association import Association
+from bspline_slam.edits.doubts import Doubt
 from bspline_slam.edits.edit import Edit
 from bspline_slam.edits.explain import Explanation
 from bspline_slam.slam import SlamConfig, Snapshot
@@ -99,6 +100,13 @@ class EditsMade(Message):
     associations: dict[int, tuple[Association, ...]]
     explanation: Explanation | None
     solution: Solution | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DoubtsFound(Message):
+    """The most doubtful decisions behind the map with the edits asked for, the worst first."""
+
+    doubts: tuple[Doubt, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.association import Association
+from bspline_slam.edits.doubts import Doubt
 from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, splines_made
 from bspline_slam.edits.explain import Explanation
 from bspline_slam.edits.history import Accept, Accepted, GoTo, History, Operation, Switch
@@ -21,6 +22,7 @@ from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamStep
 from bspline_slam.spline_map import SplineMap
 from splinescope import edit_messages as told
+from splinescope.doubts import Doubts
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.messages import Failed, Message, Stopped
@@ -117,6 +119,8 @@ class Editing:
         self.explanation: Explanation | None = None
         self.draft: LoopDraft | None = None
         self.picking: Picking | None = None
+        self.doubts = Doubts()
+        self._doubts_without: tuple[Doubt, ...] = ()
         self.target = 0
         self.piece = 0
 
@@ -170,6 +174,7 @@ class Editing:
             self._journal.close()
         self._journal, self._origin, self._log, self.base = None, None, None, None
         self.history, self.offer, self.explanation, self._jobs = History(), None, None, {}
+        self.doubts, self._doubts_without = Doubts(), ()
         self.leave()
 
     @property
@@ -284,6 +289,7 @@ class Editing:
             self._jobs["make"] = self._editor.make(self.history.active)
         else:
             self._jobs.pop("make", None)
+            self.doubts = self.doubts.of(self._doubts_without)
             self._show.amend(self.base)
 
     # -- loop closures -------------------------------------------------------------------------------------------
@@ -318,6 +324,9 @@ class Editing:
                 self.proposal = replace(self.proposal, preview=preview)
             case told.QuickAnswer(poses=poses, splines=splines):
                 self._show.glimpse(poses, splines)
+            case told.DoubtsFound(doubts=doubts):
+                self._doubts_without = doubts if what == "prepare" else self._doubts_without
+                self.doubts = self.doubts.of(doubts)
             case told.EditsMade():
                 del self._jobs[what]
                 self._made(message)

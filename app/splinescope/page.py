@@ -37,6 +37,8 @@ __all__ = ["Bounds", "Mark", "Page", "TimelineState", "Viewport", "open_page"]
 
 logger = logging.getLogger(__name__)
 
+MARKS = ("key", "loop", "lost", "new", "gated", "hand")
+"""Kinds of marks on the timeline."""
 FIELD_OF_VIEW = 0.002  # rad: so narrow that the view is parallel to a thousandth of what is seen
 BRAND = (0, 114, 178)
 SIDE_WIDTH = 352.0
@@ -184,7 +186,7 @@ class Page:
         """Show this on the timeline of every page."""
         if state.marks is not self._marks:
             self._marks = state.marks
-            kinds = {kind: [m.position for m in state.marks if m.kind == kind] for kind in ("key", "loop", "lost")}
+            kinds = {kind: [m.position for m in state.marks if m.kind == kind] for kind in MARKS}
             self.send("marks", kinds)
         names = ("index", "length", "processed", "playing", "speed", "label")
         self.send("timeline", {name: getattr(state, name) for name in names})

@@ -13,7 +13,8 @@ Place = tuple[float, float, float]
 
 
 class Mark(NamedTuple):
-    """Something to find again on the timeline: `kind` is "key" (scan), "loop" (closure) or "lost"."""
+    """Something to find again on the timeline: `kind` is "key" (scan), "loop" (closure), "lost", "new" (spline),
+    "gated" (out) or "hand" (decided by hand)."""
 
     position: int
     kind: str

@@ -10,6 +10,7 @@ import numpy as np
 from bspline_slam import se2
 from splinescope.actions import described, refusals
 from splinescope.camera import Camera, bounds
+from splinescope.marks import marks
 from splinescope.page import Bounds, Mark, Page, TimelineState
 from splinescope.page_values import Place
 from splinescope.panels.panel import Post
@@ -196,14 +197,3 @@ class Presenter:
                     auto_close_seconds=None if notice.bad else 8.0,
                     color="red" if notice.bad else None,
                 )
-
-
-def marks(session: Session) -> tuple[Mark, ...]:
-    """What there is to find on the timeline: key scans, lost scans, loop closures."""
-    findings = session.findings
-    steps = (step for step in findings.steps.values() if step.key or step.lost)
-    loops = findings.snapshot.loop_closures if findings.snapshot is not None else ()
-    return (
-        *(Mark(step.scan, "lost" if step.lost else "key") for step in steps),
-        *(Mark(loop.scan, "loop") for loop in loops if loop.accepted),
-    )

@@ -50,6 +50,7 @@ ROWS: dict[str, Callable[[int], ask.Command]] = {
     edit_lists.STATE: ask.GoToEdit,
     edit_lists.SWITCH: ask.SwitchEdit,
     edit_lists.WORST: ask.ShowWorst,
+    edit_lists.DOUBT: ask.ShowDoubt,
 }
 """What a click on a row of a table asks for, by the name of its rows."""
 
@@ -279,6 +280,7 @@ class Viewer:
                 if client is not None and client == self._visitors.driver:
                     self.session.apply(ask.LookFrom(self._presenter.place_of(client)))
             case Message():
+                self._editor.start()  # once the estimator is at work, so that both do not load their modules at once
                 self.session.receive(item)
             case Hello():
                 logger.warning("a page that is not connected said hello")

@@ -15,7 +15,18 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from bspline_slam.association import Association
-from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, Forbid, Force, Ignore, MakeNew, PinPose
+from bspline_slam.edits.doubts import Doubt
+from bspline_slam.edits.edit import (
+    FIRST_MADE_BY_HAND,
+    CloseLoop,
+    Edit,
+    Forbid,
+    Force,
+    Ignore,
+    MakeNew,
+    OnPiece,
+    PinPose,
+)
 from bspline_slam.edits.history import History
 from bspline_slam.edits.journal import read_journal
 from bspline_slam.logs import open_log
@@ -37,6 +48,7 @@ from splinescope.edit_messages import (
 from splinescope.editing import Editing, Picking
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
+from splinescope.marks import marks
 from splinescope.messages import Failed, Finished, Message
 from splinescope.preferences import Preferences
 from splinescope.session import Session
@@ -483,3 +495,34 @@ def test_a_session_under_random_operations(tmp_path_factory: pytest.TempPathFact
     Operating.finished = finished
     Operating.folders = (tmp_path_factory.mktemp("edits") for _ in itertools.count())
     run_state_machine_as_test(Operating, settings=settings(max_examples=6, stateful_step_count=10, deadline=None))
+
+
+def test_doubtful_decisions_are_leafed_through_found_right_or_overruled(desk: Desk) -> None:
+    editing, scan = desk.editing, desk.piece().scan
+    piece = desk.piece()
+    about = OnPiece(piece.scan, piece.segment, piece.first, piece.last)
+    ignore = Ignore(piece.scan, piece.segment, piece.first, piece.last)
+    other = Doubt(0.7, "another one", 5, OnPiece(5, 0, 0, 9))
+    editing.doubts = editing.doubts.of((Doubt(0.9, "close", scan, about, overrule=(ignore,)), other))
+    desk.do(ask.StepDoubt(1))
+    assert desk.session.cursor == scan
+    assert desk.session.selection == Selection("segment", piece.segment)
+    desk.do(ask.SettleDoubt(False))
+    assert editing.proposal is not None and editing.proposal.edits == (ignore,)
+    desk.do(ask.Leave(), ask.SettleDoubt(True))
+    assert [doubt.sentence for doubt in editing.doubts.queue] == ["another one"]
+    assert desk.session.cursor == 5
+    desk.do(ask.StepDoubt(-1), ask.StepDoubt(1), ask.ShowDoubt(0))
+    assert editing.doubts.current is other
+
+
+def test_marks_tell_where_a_hand_decided_and_keys_lead_there(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    found = {(mark.kind, mark.position) for mark in marks(desk.session)}
+    assert ("hand", 11) in found
+    assert {kind for kind, _ in found} >= {"key", "new", "hand"}
+    desk.do(ask.Seek(3), ask.SeekMark("hand", 1))
+    assert desk.session.cursor == 11
+    desk.do(ask.SeekMark("hand", 1))
+    assert "No such mark" in [notice.title for notice in desk.session.notices]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from splinescope.actions.action import Action, PageRequest, Perform, Request
 from splinescope.actions.colours import COLOURS
-from splinescope.actions.editing import EDITING, GHOST
+from splinescope.actions.editing import EDITING, FINDING, GHOST
 from splinescope.actions.layers import GROUPS as LAYER_GROUPS
 from splinescope.actions.layers import SINGLE
 from splinescope.actions.looking import LOOKING
@@ -25,6 +25,7 @@ GROUPS: dict[str, tuple[Action, ...]] = {
     "Looking closer": LOOKING,
     "Editing": EDITING,
     "Closing a loop": GHOST,
+    "Finding": FINDING,
     "Picture": PICTURE,
     "Layers": LAYER_GROUPS,
     "Single layers": SINGLE,

@@ -79,6 +79,37 @@ EDITING = (
     Action("undo", "Undo the last edit", ("Ctrl+z",), ask.Undo(), _undo),
     Action("redo", "Redo", ("Ctrl+Shift+z", "Ctrl+y"), ask.Redo(), _redo),
 )
+
+
+def _doubts(session: Session) -> str | None:
+    return None if session.editing.doubts.queue else "No decision is doubtful, or none is known yet."
+
+
+def _doubted(session: Session) -> str | None:
+    return None if session.editing.doubts.current is not None else "Go to a doubtful decision first."
+
+
+MARKS = {"key": "key scan", "new": "scan that started a spline", "loop": "loop closure", "gated": "gated-out match"}
+MARK_KEYS = {"key": "k", "new": "n", "loop": "l", "gated": "g", "hand": "h"}
+
+
+def _marks() -> tuple[Action, ...]:
+    """To the next mark of each kind on the timeline, and to the one before."""
+    out = []
+    for kind, words in {**MARKS, "hand": "decision by hand"}.items():
+        on, back = f"Alt+{MARK_KEYS[kind]}", f"Alt+Shift+{MARK_KEYS[kind]}"
+        out.append(Action(f"next-{kind}", f"Next {words}", (on,), ask.SeekMark(kind, 1), repeats=True))
+        out.append(Action(f"previous-{kind}", f"The {words} before", (back,), ask.SeekMark(kind, -1), repeats=True))
+    return tuple(out)
+
+
+FINDING = (
+    Action("next-doubt", "Next doubtful decision", ("q",), ask.StepDoubt(1), _doubts, repeats=True),
+    Action("previous-doubt", "The doubtful decision before", ("Q",), ask.StepDoubt(-1), _doubts, repeats=True),
+    Action("doubt-right", "The decision is right: take it out of the queue", (";",), ask.SettleDoubt(True), _doubted),
+    Action("doubt-overrule", "Overrule the doubtful decision", (":",), ask.SettleDoubt(False), _doubted),
+    *_marks(),
+)
 GHOST = (
     _ghost("left", "Ghost scan to the left", "Ctrl+ArrowLeft", x=-STEP),
     _ghost("right", "Ghost scan to the right", "Ctrl+ArrowRight", x=STEP),

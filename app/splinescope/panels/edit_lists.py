@@ -10,12 +10,13 @@ import numpy as np
 from bspline_slam.edits.explain import Explanation, Fate
 from bspline_slam.edits.history import Accepted, History
 from splinescope import table
+from splinescope.doubts import Doubts
 from splinescope.edit_desk import subject, target
 from splinescope.editing import Editing
 from splinescope.inspector import decision
 from splinescope.session import Session
 
-STATE, SWITCH, WORST = "edit-state", "edit-switch", "edit-worst"
+STATE, SWITCH, WORST, DOUBT = "edit-state", "edit-switch", "edit-worst", "doubt"
 """Names of rows in what the page tells of clicks."""
 HINT = (
     "Select a segment of a key scan, a spline, a key pose or a loop closure. What you propose is drawn dashed over the "
@@ -107,6 +108,26 @@ def switches(history: History) -> list[str]:
     if not rows:
         return []
     return [table.heading("Switch off and on"), table.leading(SWITCH, ("", ""), rows)]
+
+
+DOUBTS_SHOWN = 8
+"""Rows of the queue of doubts that are listed, around the one looked at."""
+
+
+def doubted(doubts: Doubts) -> list[str]:
+    """The doubtful decisions around the one looked at."""
+    if not doubts.queue:
+        return [table.paragraph("No decision was close enough to be doubted.", "dim")]
+    first = max(min((doubts.at or 0) - 2, len(doubts.queue) - DOUBTS_SHOWN), 0)
+    rows = [
+        (number, (f"scan {doubt.scan}", f"{doubt.score:.2f}"), doubt.sentence)
+        for number, doubt in enumerate(doubts.queue[first : first + DOUBTS_SHOWN], first)
+    ]
+    place = "" if doubts.at is None else f", this is number {doubts.at + 1}"
+    return [
+        table.paragraph(f"{len(doubts.queue)} close decisions{place}. 1 is a coin toss on which much hangs.", "dim"),
+        table.leading(DOUBT, ("Decision", "Doubt"), rows, selected=doubts.at),
+    ]
 
 
 def explanation(told: Explanation | None, names: tuple[str, ...]) -> list[str]:

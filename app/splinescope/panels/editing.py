@@ -25,6 +25,8 @@ EDITS: dict[str, Buttons] = {
     "Hold": {"Pin": "edit-pin", "Next piece": "edit-piece"},
     "Loop closure": {"Close": "edit-loop", "Drop": "edit-drop-loop"},
 }
+DOUBT: Buttons = {"Next": "next-doubt", "Before": "previous-doubt"}
+SETTLE: Buttons = {"Right": "doubt-right", "Overrule": "doubt-overrule"}
 UNDO: Buttons = {"Undo": "undo", "Redo": "redo"}
 
 
@@ -42,6 +44,10 @@ class EditPanel:
         self._selected = gui.add_html("")
         for label, buttons in EDITS.items():
             self._row(label, buttons)
+        with gui.add_folder("Doubtful decisions"):
+            self._row("Go to the", DOUBT)
+            self._row("It is", SETTLE)
+            self._doubts = gui.add_html("")
         with gui.add_folder("History"):
             self._row("Last action", UNDO)
             self._history = gui.add_html("")
@@ -61,6 +67,7 @@ class EditPanel:
         self._accept.visible = editing.proposal is not None
         self._match.visible = editing.draft is not None and editing.proposal is None
         self._selected.content = table.block(*edit_lists.selected(session))
+        self._doubts.content = table.block(*edit_lists.doubted(editing.doubts))
         self._history.content = table.block(*edit_lists.history(editing.history), *edit_lists.switches(editing.history))
         self._explanation.content = table.block(*explained(session))
 

@@ -1,0 +1,29 @@
+"""What there is to find on the timeline."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bspline_slam.association import Verdict
+from splinescope.page_values import Mark
+
+if TYPE_CHECKING:
+    from splinescope.session import Session
+
+
+def marks(session: Session) -> tuple[Mark, ...]:
+    """Key scans and lost scans, accepted loop closures, scans that started splines of the map, whose pieces were gated
+    out, and where decisions were made by hand."""
+    findings = session.findings
+    steps = [step for step in findings.steps.values() if step.key or step.lost]
+    loops = findings.snapshot.loop_closures if findings.snapshot is not None else ()
+    born = {spline.born for spline in findings.snapshot.map} if findings.snapshot is not None else ()
+    by_hand = {a.scan for step in steps for a in step.associations if a.by == "hand"}
+    gated = {a.scan for step in steps for a in step.associations if a.verdict is Verdict.GATED and a.candidates}
+    return (
+        *(Mark(step.scan, "lost" if step.lost else "key") for step in steps),
+        *(Mark(loop.scan, "loop") for loop in loops if loop.accepted),
+        *(Mark(scan, "new") for scan in sorted(born)),
+        *(Mark(scan, "gated") for scan in sorted(gated)),
+        *(Mark(scan, "hand") for scan in sorted(by_hand)),
+    )
