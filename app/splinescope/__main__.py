@@ -60,7 +60,8 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _add_view(command: argparse.ArgumentParser) -> None:
-    command.add_argument("log", nargs="?", default=SAMPLE, help="a log, or the name of a sample (default: %(default)s)")
+    meaning = f"a log, or the name of a sample (default: the session's, else {SAMPLE})"
+    command.add_argument("log", nargs="?", help=meaning)
     command.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
     command.add_argument("--port", type=int, default=8080, help="port to listen on, 0 for any (default: %(default)s)")
     command.add_argument("--no-browser", action="store_true", help="only print the address")
@@ -151,7 +152,7 @@ def view(options: argparse.Namespace) -> None:
     """Serve the page until it is stopped."""
     from splinescope.paths import find_log
 
-    log = find_log(options.log)
+    log = find_log(options.log or log_of_session(options.session) or SAMPLE)
     from splinescope import viewer
 
     viewer.view(
@@ -161,6 +162,17 @@ def view(options: argparse.Namespace) -> None:
         browser=not options.no_browser and has_display(),
         session=options.session,
     )
+
+
+def log_of_session(session: Path | None) -> str | None:
+    """The path of the log that a session's file refers to. Raises ConfigError where that is gone."""
+    from bspline_slam.errors import ConfigError
+    from splinescope.preferences import load
+
+    log = load(session).log if session is not None else ""
+    if log and not Path(log).exists():
+        raise ConfigError(f"the session {session} is about {log}, which is gone: say where the log is now")
+    return log or None
 
 
 def has_display() -> bool:

@@ -158,8 +158,6 @@ class Editing:
             return
         for note in self._journal.notes:
             self._tell(Notice("The journal of edits", note))
-        if self._journal.origin.log != str(self._log.path):
-            self._tell(Notice("The log has moved", f"These edits were made on {self._journal.origin.log}."))
         if not self._journal.history.entries:
             return
         if self._journals.offered and self._journal.history.active:

@@ -35,7 +35,8 @@ MOST_VIEWS = 50
 
 @dataclass(frozen=True, slots=True)
 class Preferences:
-    """Choices of the person that outlive a page and a process; `views` by the content hash of each log, newest last."""
+    """Choices of the person that outlive a page and a process; `views` by the content hash of each log, newest
+    last; `log` is the path of the one that was open last, and `log_hash` its content hash."""
 
     layers: frozenset[Layer] = FIRST_LAYERS
     dark: bool = True
@@ -44,6 +45,8 @@ class Preferences:
     colouring: Colouring = Colouring.SPLINE
     robot_up: bool = False
     views: Mapping[str, LogView] = field(default_factory=dict)
+    log: str = ""
+    log_hash: str = ""
 
     def with_view(self, content_hash: str, view: LogView) -> Preferences:
         """The same, and how the log of this hash was looked at last; the oldest are forgotten."""
@@ -69,7 +72,7 @@ class Preferences:
 
 
 def _understood(told: dict[str, Any]) -> dict[str, Any]:
-    kinds = {"dark": bool, "follow_robot": bool, "robot_up": bool, "speed": float}
+    kinds = {"dark": bool, "follow_robot": bool, "robot_up": bool, "speed": float, "log": str, "log_hash": str}
     known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
     if isinstance(told.get("layers"), list):
         known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])

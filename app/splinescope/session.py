@@ -405,7 +405,8 @@ class Session:
             return
         self._estimator.cancel()
         self.editing.close()
-        self.preferences = self.remembered
+        self._recognise(log)
+        self.preferences = replace(self.remembered, log=str(log.path.absolute()), log_hash=log.content_hash)
         self.opening, self.troubles, self.recipe, self.ruler = None, (), Recipe(), None
         self.closure_page = ClosurePage()
         self.title = request.title or log.name
@@ -416,6 +417,15 @@ class Session:
         self._look_as_before(self.preferences.views.get(log.content_hash, LogView()))
         if len(log):
             self.estimation.process(self.recipe)
+
+    def _recognise(self, log: ScanLog) -> None:
+        """Say so where the log that the session refers to has moved or changed."""
+        path, before = str(log.path.absolute()), self.preferences
+        if before.log == path and before.log_hash not in ("", log.content_hash):
+            sentence = f"{log.name} is not what it was: edits and views of before stay away."
+            self.tell(Notice("The log has changed", sentence))
+        if before.log not in ("", path) and before.log_hash == log.content_hash:
+            self.tell(Notice("The log has moved", f"It was {before.log} before."))
 
     def _look_as_before(self, seen: LogView) -> None:
         self.selection, self.place, self.tab = seen.selection, seen.place, seen.tab

@@ -344,15 +344,30 @@ def test_a_damaged_journal_is_told_and_not_touched(desk: Desk, tmp_path: Path, f
     assert again.journal.read_bytes() == lines
 
 
-def test_a_log_that_moved_is_told(desk: Desk, tmp_path: Path, finished: list[Message]) -> None:
+def test_edits_go_with_a_log_that_moved(desk: Desk, tmp_path: Path, finished: list[Message]) -> None:
     desk.select()
     desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    history = desk.editing.history
     desk.editing.close()
     moved = tmp_path / "elsewhere.log.gz"
     moved.write_bytes(LOG.read_bytes())
-    again = Desk(tmp_path, finished, log=moved)
-    assert "The log has moved" in [notice.title for notice in again.session.notices]
-    assert again.editing.history == desk.editing.history or again.editing.history.active
+    assert Desk(tmp_path, finished, log=moved).editing.history == history
+
+
+def test_a_session_says_when_its_log_moved_or_changed(tmp_path: Path) -> None:
+    log = open_log(LOG)
+    here = str(LOG.absolute())
+    for known, title in (
+        (Preferences(log="/old/place.log", log_hash=log.content_hash), "The log has moved"),
+        (Preferences(log=here, log_hash="another"), "The log has changed"),
+        (Preferences(log=here, log_hash=log.content_hash), None),
+        (Preferences(), None),
+    ):
+        session, request = Session(Idle(), lambda _: None, known), ask.OpenLog(LOG)
+        session.apply(request)
+        session.apply(ask.LogOpened(request, log))
+        assert [notice.title for notice in session.notices] == ([title] if title else [])
+        assert (session.preferences.log, session.preferences.log_hash) == (here, log.content_hash)
 
 
 def test_what_cannot_be_done_says_why(desk: Desk) -> None:
