@@ -15,7 +15,7 @@ from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
 from splinescope.notice import Notice
 from splinescope.picking import nearest_key_pose, nearest_spline
-from splinescope.subject import EditKind, Subject, edits_for, subject_of
+from splinescope.subject import EditKind, Subject, edits_for
 from splinescope.view import GhostView, Selection
 
 if TYPE_CHECKING:
@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 
 EXAGGERATED = 1.0
 """The largest move of a pose is drawn at least so long (m)."""
+
+
+def subject(session: Session) -> Subject:
+    """What is selected, as the subject of an edit."""
+    return session.subject
 
 
 def apply(session: Session, command: ask.Command) -> bool:
@@ -75,11 +80,6 @@ def apply(session: Session, command: ask.Command) -> bool:
         case _:
             return False
     return True
-
-
-def subject(session: Session) -> Subject:
-    """What is selected, as the subject of an edit."""
-    return subject_of(session.selection, session.scan_view, session.map_view, session.editing.piece)
 
 
 def target(session: Session) -> int | None:

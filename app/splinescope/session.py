@@ -35,6 +35,7 @@ from splinescope.recipe import Recipe
 from splinescope.result import Result, Results
 from splinescope.ruler import Ruler, picked_from, places
 from splinescope.solution import Solution
+from splinescope.subject import Subject, subject_of
 from splinescope.view import Colouring, GhostView, MapView, ScanView, Selection, View
 
 NO_LOG = "No log is open."
@@ -87,6 +88,7 @@ class Session:
         self.observation_step = ObservationStep.PARAMETERS
         self._observation: tuple[tuple[object, ...], ObservationView | str] | None = None
         self.editing = Editing(editor or Nobody(), journals or Journals.of_user(), self, self.tell)
+        self._subject: tuple[tuple[object, ...], Subject] | None = None
         self._ghost: tuple[tuple[object, ...], GhostView | None] | None = None
 
     # -- what is shown -------------------------------------------------------------------------------------------
@@ -116,6 +118,14 @@ class Session:
         measured = places(self.ruler, world) if self.ruler is not None and world is not None else None
         seen = (world, scan, chosen.layers, self.selection, chosen.dark, self.compared_view)
         return View(*seen, chosen.colouring, measured, self.ghost, edit_desk.asks(self.editing))
+
+    @property
+    def subject(self) -> Subject:
+        """What is selected, as the subject of an edit; found once, for every button asks for it."""
+        key = (self.selection, self.scan_view, self.map_view, self.editing.piece)
+        if self._subject is None or any(a is not b for a, b in zip(self._subject[0], key, strict=True)):
+            self._subject = (key, subject_of(*key))
+        return self._subject[1]
 
     @property
     def ghost(self) -> GhostView | None:
