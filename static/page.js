@@ -14,6 +14,7 @@ import { start as startSheet } from "./sheet.js";
 import { start as startStage } from "./stage.js";
 import { start as startTabs } from "./tabs.js";
 import { start as startTimeline } from "./timeline.js";
+import { start as startTour } from "./tour.js";
 import { start as startVisit } from "./visit.js";
 import { start as startZoom } from "./zoom.js";
 
@@ -29,6 +30,7 @@ startSheet();
 startTabs();
 startStage();
 startVisit();
+startTour();
 startActions();
 startKeys();
 startRows();

@@ -8,6 +8,7 @@
     scope.seek(300)
     scope.step(-1)
     print(scope.solve().chi2_per_dof)
+    scope.force(scan=299, segment=2, spline=17)  # by hand: scope.undo() takes it back
     print(scope.poses.shape, len(scope.map))
     scope.close()
 
@@ -29,7 +30,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.errors import ConfigError, SolverError, SplineSlamError
+from bspline_slam.edits.edit import Edit, Force
+from bspline_slam.errors import ConfigError, EditError, SolverError, SplineSlamError
 from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope import preferences as prefs
@@ -74,6 +76,8 @@ class Workbench:
         self._news: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._selected: list[Callable[[Selection | None], None]] = []
         self._selection: Selection | None = None
+        self._edited: list[Callable[[tuple[Edit, ...]], None]] = []
+        self._edits: tuple[Edit, ...] = ()
         viewer.on_change(self._notice)
         self._threads = [threading.Thread(target=each, daemon=True) for each in (viewer.run, self._tell)]
         for thread in self._threads:
@@ -145,10 +149,35 @@ class Workbench:
         """Select one thing, or nothing."""
         self.do(ask.Select(selection))
 
+    def force(self, scan: int, segment: int, spline: int) -> None:
+        """Overrule the estimator: all beams of this segment of a key scan saw this spline. It is one edit, kept in the
+        journal, and can be undone in the page. Raises EditError, in a sentence, where it cannot be made."""
+        step = self.session.findings.steps.get(scan)
+        pieces = [a for a in step.associations if a.segment == segment] if step is not None else []
+        if not pieces:
+            raise EditError(f"key scan {scan} has no segment {segment} that was associated")
+        self.edit(*(Force(scan, segment, each.first, each.last, spline) for each in pieces))
+
+    def edit(self, *edits: Edit) -> None:
+        """Make edits as one action, without a preview. Raises EditError, in a sentence, where they cannot be made."""
+        if self.session.editing.refusal is not None:
+            raise EditError(self.session.editing.refusal)
+        self.do(ask.ProposeEdits(edits))
+        self.do(ask.AcceptEdits())
+
+    def undo(self) -> None:
+        """Take back the last action of the history of edits."""
+        self.do(ask.Undo())
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """The edits in force."""
+        return self.session.editing.history.active
+
     def wait(self, seconds: float | None = None) -> None:
         """Until the estimator has nothing to do. Raises TimeoutError, and SolverError where a job failed meanwhile."""
         before = self.session.troubles
-        self._until(lambda: self.session.activity is None and self.session.opening is None, seconds)
+        self._until(self._idle, seconds)
         if self.session.troubles != before:
             raise SolverError(self.session.troubles[-1])
 
@@ -168,6 +197,10 @@ class Workbench:
     def on_selection(self, callback: Callable[[Selection | None], None]) -> None:
         """Call back with what is selected whenever that has changed, whoever did it."""
         self._selected.append(callback)
+
+    def on_edits(self, callback: Callable[[tuple[Edit, ...]], None]) -> None:
+        """Call back with the edits in force whenever these have changed, whoever did it."""
+        self._edited.append(callback)
 
     def close(self) -> None:
         """End the page and the estimator."""
@@ -191,12 +224,21 @@ class Workbench:
             self._selection = selection
             for callback in self._selected:
                 self._news.put(lambda callback=callback: callback(selection))
+        edits = self.session.editing.history.active
+        if edits != self._edits:
+            self._edits = edits
+            for callback in self._edited:
+                self._news.put(lambda callback=callback: callback(edits))
         with self._changed:
             self._changed.notify_all()
 
     def _tell(self) -> None:
         while (news := self._news.get()) is not None:
             news()
+
+    def _idle(self) -> bool:
+        session = self.session
+        return session.activity is None and session.opening is None and not session.editing.making
 
     def _until(self, condition: Callable[[], Any], seconds: float | None = None) -> None:
         with self._changed:

@@ -134,6 +134,11 @@ class FollowLink:
 
 
 @dataclass(frozen=True, slots=True)
+class SeenTour:
+    """Invite nobody to the guided tour any more."""
+
+
+@dataclass(frozen=True, slots=True)
 class SetLayer:
     """Show or hide one layer."""
 
@@ -434,6 +439,7 @@ Command = (
     | LookFrom
     | ShowTab
     | FollowLink
+    | SeenTour
     | SetLayer
     | ToggleLayers
     | SetColouring

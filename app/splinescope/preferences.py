@@ -44,6 +44,7 @@ class Preferences:
     speed: float = 2.0
     colouring: Colouring = Colouring.SPLINE
     robot_up: bool = False
+    toured: bool = False
     views: Mapping[str, LogView] = field(default_factory=dict)
     log: str = ""
     log_hash: str = ""
@@ -72,7 +73,8 @@ class Preferences:
 
 
 def _understood(told: dict[str, Any]) -> dict[str, Any]:
-    kinds = {"dark": bool, "follow_robot": bool, "robot_up": bool, "speed": float, "log": str, "log_hash": str}
+    kinds = {"dark": bool, "follow_robot": bool, "robot_up": bool, "toured": bool}
+    kinds |= {"speed": float, "log": str, "log_hash": str}
     known = {name: told[name] for name, kind in kinds.items() if isinstance(told.get(name), kind)}
     if isinstance(told.get("layers"), list):
         known["layers"] = frozenset(layer for layer in Layer if layer.name in told["layers"])

@@ -10,6 +10,7 @@ import numpy as np
 from bspline_slam import se2
 from splinescope.actions import described, refusals
 from splinescope.camera import Camera, bounds
+from splinescope.guide import Guide
 from splinescope.marks import marks
 from splinescope.page import Bounds, Mark, Page, TimelineState
 from splinescope.page_values import Place
@@ -31,9 +32,10 @@ LONGEST_REST = 0.25
 class Presenter:
     """Owns the widgets and the drawing of one page; called by the owner of the session alone."""
 
-    def __init__(self, page: Page, session: Session, post: Post) -> None:
+    def __init__(self, page: Page, session: Session, guide: Guide, post: Post) -> None:
         self._page = page
         self._session = session
+        self._guide = guide
         self._scene = Scene(page)
         self._camera = Camera(page)
         self._side_bar = SideBar(page.server.gui, post)
@@ -74,6 +76,7 @@ class Presenter:
             with self._page.server.atomic():
                 self._side_bar.refresh(session)
             self._say("refusals", refusals(session))
+            self._say("tour", self._guide.card)
             stage = stage_of(session)
             self._say("stage", None if stage is None else asdict(stage))
             activity = session.activity
@@ -94,6 +97,10 @@ class Presenter:
         """Show the current scan in one page, or in every page."""
         if self._session.scan_view is not None:
             self._camera.fit(bounds(None, self._session.scan_view), client)
+
+    def knows(self, client: int) -> bool:
+        """Whether a page can be spoken to."""
+        return client in self._page.server.get_clients()
 
     def greet(self, client: int, place: Place | None) -> None:
         """Let a page that has come look at this place, or else where the log was looked at, and open its tab."""

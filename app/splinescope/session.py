@@ -505,6 +505,8 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
         case ask.NextColouring(by=by):
             every = list(Colouring)
             return replace(preferences, colouring=every[(every.index(preferences.colouring) + by) % len(every)])
+        case ask.SeenTour():
+            return replace(preferences, toured=True)
         case ask.SetDark(dark=dark):
             return replace(preferences, dark=not preferences.dark if dark is None else dark)
         case ask.RobotUp(on=on):

@@ -44,7 +44,7 @@ class Colouring(Enum):
     """What the curves of the map are coloured by; the value is its label in the page."""
 
     SPLINE = "spline, each its own"
-    RESIDUAL = "residual of their beams"
+    RESIDUAL = "residual"
     UNCERTAINTY = "uncertainty"
     OBSERVATIONS = "number of observations"
     AGE = "age"

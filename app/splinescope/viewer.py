@@ -29,6 +29,7 @@ from splinescope.actions import PageRequest, Perform, find
 from splinescope.addresses import told_addresses
 from splinescope.asker import asker
 from splinescope.editor import Editor
+from splinescope.guide import Guide
 from splinescope.journals import Journals
 from splinescope.link import Link
 from splinescope.messages import Message
@@ -155,8 +156,10 @@ class Viewer:
         self.session = Session(
             self._worker, self._open, prefs.load(preferences), editor=self._editor, journals=journals
         )
-        self._presenter = Presenter(page, self.session, self.post)
+        self._guide = Guide(self.session)
+        self._presenter = Presenter(page, self.session, self._guide, self.post)
         self._visitors = Visitors()
+        self._arriving: dict[int, Hello] = {}
         self._watchers: list[Callable[[], None]] = []
         self._told = -1
         self._kept = self.session.preferences
@@ -229,7 +232,9 @@ class Viewer:
         while not self._stopped.is_set():
             for arrival in self._arrivals():
                 self._guarded(lambda arrival=arrival: self._take(arrival.item, arrival.client))
+            self._guarded(self._greet_known)
             self.session.tick()
+            self._guarded(self._guide.tick)
             self._guarded(self._presenter.show)
             self._guarded(self._tell_of_changes)
             self._remember()
@@ -277,7 +282,7 @@ class Viewer:
                 self._click(item)
             case PageMoved():
                 self._presenter.page_moved()
-                if client is not None and client == self._visitors.driver:
+                if client is not None and client == self._visitors.driver and client not in self._arriving:
                     self.session.apply(ask.LookFrom(self._presenter.place_of(client)))
             case Message():
                 self._editor.start()  # once the estimator is at work, so that both do not load their modules at once
@@ -307,14 +312,24 @@ class Viewer:
         drives, who acts first does."""
         if isinstance(item, (Hello, Goodbye, PageMoved)):
             return True
-        if isinstance(item, Perform) and (action := find(item.action)) and isinstance(action.does, PageRequest):
+        if isinstance(item, Perform) and (action := find(item.action)) and action.own:
             return True
         if self._visitors.driver is None:
             self._visit(self._visitors.driven_by(client))
         return self._visitors.driver == client
 
+    def _receive(self, client: int, hello: Hello) -> None:
+        """The viewer may know a page a little later than it says hello: it is greeted then."""
+        self._visitors = self._visitors.came(client, hello.name)
+        self._arriving[client] = hello
+        self._greet_known()
+
+    def _greet_known(self) -> None:
+        for client in [client for client in self._arriving if self._presenter.knows(client)]:
+            self._greet(client, self._arriving.pop(client))
+
     def _greet(self, client: int, hello: Hello) -> None:
-        self._visit(self._visitors.came(client, hello.name))
+        self._presenter.show_roles(self._visitors)
         link = Link.parse(hello.query)
         if not link.empty:
             if self._visitors.driver == client:
@@ -328,6 +343,16 @@ class Viewer:
         self._visit(self._visitors.driven_by(client))
         if before not in (None, client):
             self.session.tell(replace(OVERTAKEN, client=before))
+
+    def _tour(self, name: str) -> None:
+        match name:
+            case "tour":
+                self._guide.start()
+            case "tour-end":
+                self._guide.end()
+            case _:
+                self._guide.step(-1 if name == "tour-back" else 1)
+        self.session.revision += 1
 
     def _visit(self, visitors: Visitors) -> None:
         self._visitors = visitors
@@ -357,6 +382,8 @@ class Viewer:
                 self._presenter.fit(client)
             case PageRequest.FIT_SCAN:
                 self._presenter.fit_scan(client)
+            case PageRequest.TOUR:
+                self._tour(name)
             case PageRequest.TAKE_CONTROL if client is not None:
                 self._drive(client)
             case PageRequest.LINK if client is not None:

@@ -12,7 +12,8 @@ from playwright.sync_api import expect
 
 from app.browser import Window
 from app.logs import corridor_log, write_carmen
-from bspline_slam.errors import ConfigError, SplineSlamError
+from bspline_slam.edits.edit import Force
+from bspline_slam.errors import ConfigError, EditError, SplineSlamError
 from splinescope import commands as ask
 from splinescope.api import Workbench, open_workbench
 from splinescope.view import Selection
@@ -64,6 +65,24 @@ def test_a_program_solves_the_map_and_reads_it(scope: Workbench) -> None:
     assert len(scope.map) > 3
     scope.do(ask.DeleteResult(1))
     assert scope.url in scope._repr_html_()
+
+
+def test_a_program_overrules_the_estimator_and_takes_it_back(scope: Workbench) -> None:
+    told: queue.SimpleQueue[object] = queue.SimpleQueue()
+    scope.on_edits(told.put)
+    scope.wait(PATIENCE)
+    steps = scope.session.findings.steps.values()
+    seen = next(a for step in steps for a in step.associations if a.spline is not None)
+    other = next(spline.id for spline in scope.map if spline.id != seen.spline)
+    scope.force(seen.scan, seen.segment, other)
+    assert told.get(timeout=10) == scope.edits
+    assert [edit.spline for edit in scope.edits if isinstance(edit, Force)] == [other] * len(scope.edits)
+    scope.wait(PATIENCE)
+    scope.undo()
+    assert told.get(timeout=10) == () == scope.edits
+    with pytest.raises(EditError, match="no segment 99"):
+        scope.force(seen.scan, 99, other)
+    scope.wait(PATIENCE)
 
 
 def test_what_cannot_be_done_is_raised_in_a_sentence(scope: Workbench, log: Path, tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def memory(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def running(log: Path, memory: Path) -> Iterator[Viewer]:
     """The application with a log that it processes."""
-    save(Preferences(layers=Preferences().layers | {Layer.CONTROL_POINTS}), memory)
+    save(Preferences(layers=Preferences().layers | {Layer.CONTROL_POINTS}, toured=True), memory)
     viewer = Viewer(open_page("127.0.0.1", 0), memory)
     thread = threading.Thread(target=viewer.run)
     thread.start()

@@ -15,6 +15,7 @@ from splinescope.actions.looking import LOOKING
 from splinescope.actions.page import PAGE
 from splinescope.actions.picture import PICTURE
 from splinescope.actions.time import TIME
+from splinescope.actions.tour import TOUR
 from splinescope.actions.work import WORK
 from splinescope.session import Session
 
@@ -32,6 +33,7 @@ GROUPS: dict[str, tuple[Action, ...]] = {
     "Colours": COLOURS,
     "Estimator": WORK,
     "Page": PAGE,
+    "Tour": TOUR,
 }
 """All actions under the headings of the help sheet."""
 

@@ -18,6 +18,7 @@ class PageRequest(Enum):
     FIT_SCAN = "show the current scan"
     TAKE_CONTROL = "drive from this page"
     LINK = "copy a link to this moment"
+    TOUR = "take, go through or leave the guided tour"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +62,11 @@ class Action:
     def request(self, session: Session) -> Request:
         """What to do now."""
         return self.does(session) if callable(self.does) else self.does
+
+    @property
+    def own(self) -> bool:
+        """Whether it concerns nobody but the page that asks."""
+        return isinstance(self.does, PageRequest) and self.does is not PageRequest.TOUR
 
     @property
     def shown(self) -> str:

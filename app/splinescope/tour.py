@@ -1,0 +1,163 @@
+"""The guided tour: two minutes on the sample log, with one wrong association, how it is found, and how it is mended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bspline_slam.association import Verdict
+from bspline_slam.edits.edit import Force
+from bspline_slam.spline_map import MapSpline, SplineMap
+from splinescope import commands as ask
+from splinescope.session import Session
+from splinescope.view import Colouring, Layer, Selection
+
+NEAR, FAR = 0.12, 1.2
+"""How far (m) the wrong spline lies from the right one: not the same wall, but one that could be meant."""
+LEAST_LENGTH = 1.5  # m: of both splines
+LEAST_BEAMS = 25
+WAIT = "The log is still being read and adjusted: the tour goes on as soon as that is done."
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One card: what it says, the tab that goes with it, what it does when it comes up, and when a person has done
+    what it asks for (None: it asks for nothing)."""
+
+    title: str
+    text: str
+    tab: str = ""
+    enter: Callable[[Session, Force], tuple[ask.Command, ...]] = lambda session, mistake: ()
+    done: Callable[[Session, Force], bool] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Tour:
+    """Which step is shown, and the mistake that the tour makes (None until there is a map to make it in)."""
+
+    step: int = 0
+    mistake: Force | None = None
+
+    @property
+    def shown(self) -> Step:
+        return STEPS[self.step]
+
+    def moved(self, by: int) -> Tour:
+        """The step `by` further on, kept inside the tour."""
+        return replace(self, step=min(max(self.step + by, 0), len(STEPS) - 1))
+
+
+def _look_at(session: Session, mistake: Force) -> tuple[ask.Command, ...]:
+    return (ask.Seek(mistake.scan), ask.Select(Selection("segment", mistake.segment)))
+
+
+def _err(session: Session, mistake: Force) -> tuple[ask.Command, ...]:
+    if erring(session, mistake):
+        return _look_at(session, mistake)
+    return (*_look_at(session, mistake), ask.ProposeEdits((mistake,)), ask.AcceptEdits())
+
+
+def erring(session: Session, mistake: Force) -> bool:
+    """Whether the mistake is in force."""
+    return mistake in session.editing.history.active
+
+
+STEPS = (
+    Step(
+        "A map made of curves",
+        "A robot drove through this office. Every stroke is one B-spline curve with a few control points; the thin "
+        "line is where the robot drove, the dashed one where its wheels alone would have put it.",
+        "layers",
+        lambda session, mistake: (ask.Select(None), ask.Pause()),
+    ),
+    Step(
+        "Step through the log",
+        "Press → until the tour goes on. The arrow is the robot; its beams are cut into segments, and each "
+        "segment is fitted with a curve.",
+        "scan",
+        lambda session, mistake: (ask.Select(None), ask.Pause(), ask.Seek(max(mistake.scan - 4, 0))),
+        lambda session, mistake: session.cursor >= mistake.scan,
+    ),
+    Step(
+        "Every decision can be asked",
+        "This segment is selected. On the right you see which spline it was given to, how far it lies from it, the "
+        "gate, and the runner-up. J and K go to its neighbours.",
+        "scan",
+        _look_at,
+    ),
+    Step(
+        "Now a wrong decision",
+        "The tour has just forced this segment to another wall, as a hasty person might. The map answers at once; the "
+        "exact optimum follows in the background.",
+        "edit",
+        _err,
+    ),
+    Step(
+        "How it is found",
+        "Curves are coloured by their residuals now: thick and loud where beams do not fit. Under Edit the solver says "
+        "whether it followed the edit or outvoted it, and lists the worst residuals.",
+        "edit",
+        lambda session, mistake: (
+            ask.SetColouring(Colouring.RESIDUAL),
+            ask.SetLayer(Layer.SPLINES, True),
+            ask.Select(None),
+        ),
+    ),
+    Step(
+        "Mend it",
+        "Press Ctrl + Z, or Undo under Edit. Nothing is lost: every edit stays in the history, and can be made again.",
+        "edit",
+        lambda session, mistake: (),
+        lambda session, mistake: not erring(session, mistake),
+    ),
+    Step(
+        "That is all",
+        "The map is as it was before. Select any segment and overrule it yourself; Ctrl + K finds every action by its "
+        "name, and ? shows the keys.",
+        "edit",
+        lambda session, mistake: (ask.SetColouring(Colouring.SPLINE), ask.Select(None)),
+    ),
+)
+
+
+def ready(session: Session) -> bool:
+    """Whether there is a finished map that can be edited."""
+    return session.result is not None and not session.busy and session.editing.refusal is None
+
+
+def mistake_in(session: Session) -> Force | None:
+    """A segment that clearly saw one wall, and another wall beside it: what a hasty person might mix up."""
+    snapshot = session.findings.snapshot
+    if snapshot is None:
+        return None
+    long = SplineMap(tuple(spline for spline in snapshot.map if spline.length > LEAST_LENGTH))
+    clear = [
+        association
+        for step in session.findings.steps.values()
+        for association in step.associations
+        if association.verdict is Verdict.MATCHED and association.last - association.first >= LEAST_BEAMS
+    ]
+    mixed = [(*found, a) for a in clear if a.spline in long and (found := _beside(long[a.spline], long)) is not None]
+    if not mixed:
+        return None
+    _, wrong, a = min(mixed, key=lambda each: (each[0], each[2].first - each[2].last, each[2].scan))
+    return Force(a.scan, a.segment, a.first, a.last, wrong)
+
+
+def _beside(right: MapSpline, splines: SplineMap) -> tuple[float, int] | None:
+    """The nearest long spline that runs past the middle of this one but is not it: how far away (m), and its id."""
+    middle = _middle(right)
+    others = (other for other in splines if other is not right)
+    gaps = ((float(np.linalg.norm(_nearest(other, middle) - middle)), other.id) for other in others)
+    return min((each for each in gaps if NEAR < each[0] < FAR), default=None)
+
+
+def _middle(spline: MapSpline) -> np.ndarray:
+    return spline.curve(np.array([0.5 * sum(spline.span)]))[0]
+
+
+def _nearest(spline: MapSpline, point: np.ndarray) -> np.ndarray:
+    _, points = spline.sample(0.1)
+    return points[np.argmin(np.linalg.norm(points - point, axis=1))]

@@ -1,0 +1,64 @@
+// The guided tour: one card after the other, and an invitation for who has never taken it.
+
+import { perform } from "./actions.js";
+import { on } from "./channel.js";
+import { layer } from "./overlay.js";
+import { openTab } from "./tabs.js";
+
+const card = document.createElement("section");
+let shown = -1;
+
+function button(words, action, plain = true) {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.className = plain ? "scope-close" : "scope-close scope-strong";
+  made.textContent = words;
+  made.addEventListener("click", () => perform(action));
+  return made;
+}
+
+function element(kind, text) {
+  return Object.assign(document.createElement(kind), { textContent: text });
+}
+
+function invite() {
+  card.replaceChildren(
+    element("h2", "New here?"),
+    element("p", "A tour of two minutes shows the map, one wrong decision in it, and how to mend that."),
+    foot(button("No, thanks", "tour-end"), button("Take the tour", "tour", false)),
+  );
+}
+
+function foot(...parts) {
+  const row = document.createElement("footer");
+  row.append(...parts);
+  return row;
+}
+
+function show(tour) {
+  card.hidden = !tour;
+  if (!tour) shown = -1;
+  else if (tour.invitation) invite();
+  else {
+    const last = tour.step === tour.steps - 1;
+    const next = button(last ? "Finish" : tour.asks ? "Skip" : "Next", last ? "tour-end" : "tour-next", tour.asks);
+    const back = button("Back", "tour-back");
+    [next.disabled, back.disabled] = [tour.waiting, tour.waiting || tour.step === 0];
+    card.replaceChildren(
+      element("h2", tour.title),
+      element("p", tour.text),
+      foot(element("span", `${tour.step + 1} of ${tour.steps}`), button("End", "tour-end"), back, next),
+    );
+    if (!tour.waiting && tour.step !== shown) openTab(tour.tab);
+    shown = tour.waiting ? -1 : tour.step;
+  }
+}
+
+export function start() {
+  card.className = "scope-tour scope-card";
+  card.setAttribute("aria-label", "Guided tour");
+  card.setAttribute("aria-live", "polite");
+  card.hidden = true;
+  layer.append(card);
+  on("tour", show);
+}

@@ -1,0 +1,50 @@
+"""The guided tour, walked by somebody who has never been here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import expect
+
+from app.browser import Window, until
+from splinescope.api import open_workbench
+from splinescope.tour import STEPS, erring, mistake_in
+
+PATIENCE = 240.0  # s; a first run compiles the kernels
+
+
+def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
+    open_window: Callable[..., Window], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    with open_workbench("office", browser=False, session=tmp_path_factory.mktemp("memory") / "session.json") as scope:
+        session, window = scope.session, open_window(scope.url)
+        card, page = window.page.get_by_role("region", name="Guided tour"), window.page
+        card.get_by_role("button", name="Take the tour").click()
+        expect(card).to_contain_text("the tour goes on as soon as that is done")
+        expect(card).to_contain_text(STEPS[0].text, timeout=1000 * PATIENCE)
+        mistake = mistake_in(session)
+        assert mistake is not None
+        before = scope.poses
+        card.get_by_role("button", name="Next").click()
+        expect(card).to_contain_text(STEPS[1].title)
+        until(lambda: session.cursor == mistake.scan - 4, "the place of the second step")
+        for _ in range(4):
+            page.keyboard.press("ArrowRight")
+        expect(card).to_contain_text(STEPS[2].title)
+        card.get_by_role("button", name="Next").click()
+        until(lambda: erring(session, mistake) and not session.editing.making, "the mistake", PATIENCE)
+        until(lambda: session.editing.explanation, "what the solver says", PATIENCE)
+        assert abs(scope.poses - before).max() > 0.0
+        for title in (STEPS[4].title, STEPS[5].title):
+            card.get_by_role("button", name="Next").click()
+            expect(card).to_contain_text(title)
+        window.screenshot("tour")
+        page.keyboard.press("Control+z")
+        expect(card).to_contain_text(STEPS[6].title)
+        card.get_by_role("button", name="Finish").click()
+        expect(card).to_be_hidden()
+        until(lambda: not session.editing.making, "the map as it was", PATIENCE)
+        assert session.editing.history.active == ()
+        assert (scope.poses == before).all()
+        assert session.preferences.toured
