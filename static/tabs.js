@@ -3,10 +3,10 @@
 import { does, rows, watchActions } from "./actions.js";
 import { on, send } from "./channel.js";
 
-/** Open the tab with this name, if there is one: by a key, for the viewer lets a tab be dragged and hears no click. */
+/** Open the tab with this name, and say whether there is one: by a key, for the viewer lets a tab be dragged and hears no click. */
 export function openTab(name) {
   const tab = [...document.querySelectorAll("[role=tab]")].find((each) => each.textContent.trim().toLowerCase() === name);
-  tab?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", code: "Enter", bubbles: true }));
+  return tab?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", code: "Enter", bubbles: true })) !== undefined;
 }
 
 let known = null; // the open tabs that Python knows of; null before it has said which to open
@@ -22,11 +22,8 @@ function report() {
 // The viewer's own tabs come after the page: keep trying for a while.
 function restore(names, tries = 40) {
   known = null;
-  if (!names) known = "";
-  else if (document.querySelector("[role=tab]")) {
-    names.split(",").forEach(openTab);
-    known = names;
-  } else if (tries) setTimeout(() => restore(names, tries - 1), 100);
+  if (names.split(",").filter(Boolean).every(openTab) || !tries) known = names;
+  else setTimeout(() => restore(names, tries - 1), 100);
 }
 
 export function start() {

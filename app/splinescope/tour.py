@@ -139,7 +139,8 @@ def mistake_in(session: Session) -> Force | None:
         for association in step.associations
         if association.verdict is Verdict.MATCHED and association.last - association.first >= LEAST_BEAMS
     ]
-    mixed = [(*found, a) for a in clear if a.spline in long and (found := _beside(long[a.spline], long)) is not None]
+    seen = [(a, long[a.spline]) for a in clear if a.spline is not None and a.spline in long]
+    mixed = [(*found, a) for a, right in seen if (found := _beside(right, long)) is not None]
     if not mixed:
         return None
     _, wrong, a = min(mixed, key=lambda each: (each[0], each[2].first - each[2].last, each[2].scan))

@@ -14,7 +14,7 @@ from splinescope.view import Colouring, Layer, Selection
 def test_what_is_saved_comes_back(tmp_path: Path) -> None:
     seen = LogView(120, (1.0, -2.5, 0.02), Selection("control point", 3, 2), "quality")
     views = {"a": LogView(), "b": seen}
-    chosen = Preferences(frozenset({Layer.TRUTH, Layer.ELLIPSES}), False, True, 5.0, Colouring.AGE, True, views)
+    chosen = Preferences(frozenset({Layer.TRUTH, Layer.ELLIPSES}), False, True, 5.0, Colouring.AGE, True, True, views)
     path = tmp_path / "deep" / "session.json"
     save(chosen, path)
     assert load(path) == chosen
