@@ -268,10 +268,11 @@ class Viewer:
             return
         match item:
             case Hello() if client is not None:
-                self._greet(client, item)
+                self._receive(client, item)
             case Barrier(passed=passed):
                 passed.set()
             case Goodbye():
+                self._arriving.pop(item.client, None)
                 self._visit(self._visitors.left(item.client))
             case Perform():
                 self._perform(item.action, client)
