@@ -12,8 +12,8 @@ export function openTab(name) {
 let known = null; // the open tabs that Python knows of; null before it has said which to open
 
 function report() {
-  const open = [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim());
-  const names = open.join().toLowerCase();
+  const open = [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim().toLowerCase());
+  const names = open.filter((name) => rows().some(({ id }) => id === `tab-${name}`)).join();
   if (known === null || !names || names === known) return;
   known = names;
   send("tab", names);

@@ -13,7 +13,8 @@
     scope.close()
 
 A workbench posts the same commands as a page, so it cannot do what a page cannot, and a page never shows less than it
-knows. Callbacks run on a thread of their own: they may ask for more.
+knows. Callbacks run on a thread of their own: they may ask for more. A script calls it below
+`if __name__ == "__main__":`, for the estimator is a process of its own.
 """
 
 from __future__ import annotations

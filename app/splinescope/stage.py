@@ -26,7 +26,7 @@ def stage_of(session: Session) -> Stage | None:
         name = session.opening.title or session.opening.path.name
         return Stage("loading", f"Opening {name}…", "A log is read from its beginning to its end first.")
     if log is None and session.troubles:
-        return Stage("error", "The log cannot be opened", session.troubles[-1], "open-sample")
+        return Stage("error", "No log is open", session.troubles[-1], "open-sample")
     if log is None:
         return Stage("empty", "No log is open", EMPTY, "open-sample")
     if not len(log):

@@ -14,10 +14,10 @@ WIDTH = 262.0
 
 
 class LogSide:
-    """A panel of its own beside the map, with the layers and the log under tabs."""
+    """A panel of its own beside the map, with the layers and the log under tabs; an observation takes its place."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
-        panel = gui.add_panel()
+        panel = self._panel = gui.add_panel()
         self._panels: list[Panel] = []
         with panel.add_tab("Layers"):
             self._panels.append(LayersPanel(gui, post))
@@ -29,5 +29,6 @@ class LogSide:
         panel.set_width(WIDTH)
 
     def refresh(self, session: Session) -> None:
+        self._panel.visible = not session.observing
         for panel in self._panels:
             panel.refresh(session)
