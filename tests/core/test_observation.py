@@ -54,8 +54,13 @@ def test_the_compiled_rows_agree_with_the_plain_ones(seed: int, m: int) -> None:
     first = np.clip(np.floor(t / 0.4).astype(np.int64), 0, len(curve.control_points) - 4)
     basis = np.take_along_axis(curve.basis(t), first[:, None] + np.arange(4), axis=1)
     right = (normals * points).sum(1)
-    low, A, b, constant = kernels.compressed_rows(first, basis, normals, right, 1.0 / sigma)
-    assert low == plain.first
+    cuts, orders = np.array([0, m]), np.array([4])
+    low, rows, columns = kernels.piece_sizes(cuts, orders, first)
+    R, b, (constant,) = kernels.compressed_pieces(
+        cuts, orders, first, basis, normals, right, 1.0 / sigma, low, rows, columns
+    )
+    A = R.reshape(rows[0], columns[0])
+    assert low[0] == plain.first
     np.testing.assert_allclose(A.T @ A, plain.A.T @ plain.A, rtol=1e-9, atol=1e-7)
     np.testing.assert_allclose(A.T @ b, plain.A.T @ plain.b, rtol=1e-9, atol=1e-7)
     total, plain_total = b @ b + constant, plain.b @ plain.b + plain.constant  # the split is free where rows vanish
