@@ -273,7 +273,7 @@ def adjust_splines(
     for number, gate in enumerate(config.gates):
         if cancelled():
             raise Cancelled("the adjustment was cancelled")
-        splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
+        splines, sights = _trimmed(splines, sights, poses, gate, config, model)
         last, half = number + 1 == len(config.gates), number == len(config.gates) // 2
         if (half or last) and not model.measures_along:
             feet = find_feet(sights, splines, poses, gate)
@@ -307,9 +307,22 @@ def foreseen_poses(
 ) -> Float[np.ndarray, "n 3"]:
     """About where `adjust_splines` is going to put the poses: its first round, solved roughly. Raises Cancelled."""
     sights, gate = collect_sights(keys, splines), config.gates[0]
-    splines = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
+    splines, sights = _trimmed(splines, sights, poses, gate, config, model)
     graph = _with_fitted_curves(build_graph(keys, poses, splines, factors, sights, config, model, gate))
     return _on_the_way(name).solve(graph, cancelled=cancelled).poses
+
+
+def _trimmed(
+    splines: SplineMap,
+    sights: Sights,
+    poses: Float[np.ndarray, "n 3"],
+    gate: float,
+    config: AdjustmentConfig,
+    model: Model,
+) -> tuple[SplineMap, Sights]:
+    """The map trimmed as these poses see it, and its sights."""
+    kept = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
+    return kept, renumbered(sights, splines, kept)
 
 
 def _with_fitted_curves(graph: Graph) -> Graph:

@@ -145,7 +145,7 @@ def edited(ground: Ground, decisions: Decisions, edit: Edit) -> Decisions:
 
 def _supported(ground: Ground, decisions: Decisions) -> Decisions:
     """Splines that were given other beams, cut back to what is seen often enough; those that a person gave beams or
-    drew stay as they are."""
+    drew stay as they are, and those of which hardly anything would be left."""
     by_hand = {a.spline for key in decisions.keys for a in key.associations if a.by == "hand"}
     loose = decisions.touched - decisions.reshaped - by_hand
     chosen = SplineMap(tuple(spline for spline in decisions.splines if spline.id in loose))
@@ -154,8 +154,9 @@ def _supported(ground: Ground, decisions: Decisions) -> Decisions:
     adjustment, sights = ground.config.adjustment, collect_sights(decisions.keys, chosen)
     feet = find_feet(sights, chosen, decisions.poses, adjustment.gates[-1])
     cut = trimmed(chosen, sights, feet, adjustment.trimming, ground.model)
-    for before, after in zip(chosen, cut, strict=True):
-        if after is not before:
+    before = {spline.id: spline for spline in chosen}
+    for after in cut:
+        if after is not before[after.id]:
             decisions = decisions.with_spline(after)
     return decisions
 
