@@ -19,10 +19,10 @@ from bspline_slam.spline_map import SplineMap
 @dataclass(frozen=True, slots=True)
 class TrimmingConfig:
     """A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m) and no gap between
-    two beams is wider than `gap` (m) and than `gap_ratio` times how far the beams beside it lie from their neighbours
-    in their scans: what is in a gap is anybody's guess, and no covariance tells of it. Splines that come out shorter than `shortest` (m) are
-    dropped. A knot is kept where it lowers
-    χ² by more than `idle_gain`: noise alone makes it 1."""
+    two beams is wider than `gap` (m) and than `gap_ratio` times how far the beams beside it would lie from their
+    neighbours on a wall that faces the robot: what is in a gap is anybody's guess, and no covariance tells of it.
+    Splines that are cut to less than `shortest` (m) are dropped. A knot is kept where it lowers χ² by more than
+    `idle_gain`: noise alone makes it 1."""
 
     support: int = 2
     support_step: float = 0.4
