@@ -11,6 +11,7 @@ const GUARDED = ["click", "pointerdown", "mousedown", "keydown", "input", "chang
 const WORKING = "button, input, select, textarea, label, [role=button], [role=switch], [role=option], [role=combobox]";
 
 let sender = null;
+let query = location.search; // until the viewer has answered: what is said while it is not connected is lost
 let driving = true;
 let copied = 0;
 let link = "";
@@ -31,13 +32,14 @@ function hello() {
   const internals = viewer();
   if (!internals?.sendMessage || internals.sendMessage === sender) return;
   sender = internals.sendMessage;
-  send("hello", { name: name(), query: location.search });
+  send("hello", { name: name(), query });
   const words = new URLSearchParams(location.search);
   for (const each of OURS) words.delete(each);
   history.replaceState(null, "", location.pathname + (words.size ? `?${words}` : ""));
 }
 
 function role(value) {
+  query = "";
   driving = value.driving;
   document.documentElement.classList.toggle("scope-watching", !driving);
   banner.hidden = driving && !value.watchers;
