@@ -18,7 +18,7 @@ const presses = (target) => target.closest?.("button, input[type=checkbox], a[hr
 /** The name of a key press: "f", "?", " ", "Shift+ArrowRight", "Ctrl+z"; a shifted character is that character. */
 export function nameOf(event) {
   const character = event.key.length === 1;
-  const shift = event.shiftKey && (!character || event.ctrlKey || event.metaKey || event.key === " ");
+  const shift = event.shiftKey && (!character || event.ctrlKey || event.metaKey || event.altKey || event.key === " ");
   const parts = [event.ctrlKey || event.metaKey ? "Ctrl" : "", event.altKey ? "Alt" : "", shift ? "Shift" : ""];
   return [...parts.filter(Boolean), shift && character ? event.key.toLowerCase() : event.key].join("+");
 }
