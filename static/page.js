@@ -2,6 +2,7 @@
 // palette and help sheet.
 
 import { start as startActions } from "./actions.js";
+import { start as startBox } from "./box.js";
 import { start as startCamera } from "./camera.js";
 import { open } from "./channel.js";
 import { start as startGrid } from "./grid.js";
@@ -32,5 +33,6 @@ startStage();
 startVisit();
 startTour();
 startActions();
+startBox();
 startKeys();
 startRows();

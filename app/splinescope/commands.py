@@ -14,7 +14,7 @@ from splinescope.link import Link
 from splinescope.page_values import Place
 from splinescope.recipe import Recipe
 from splinescope.subject import EditKind
-from splinescope.view import Colouring, Layer, Selection
+from splinescope.view import Colouring, Layer, Piece, Selection
 
 
 @dataclass(frozen=True, slots=True)
@@ -314,6 +314,20 @@ class NextPiece:
 
 
 @dataclass(frozen=True, slots=True)
+class SelectPieces:
+    """Look at these pieces of the key scan shown, to edit all of them at once."""
+
+    pieces: tuple[Piece, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TogglePiece:
+    """Look at this piece of the key scan too, or no longer."""
+
+    piece: Piece
+
+
+@dataclass(frozen=True, slots=True)
 class PickNext:
     """Let the next click in the map choose something for an edit; None: it selects as ever."""
 
@@ -466,6 +480,8 @@ Command = (
     | ProposeEdits
     | ChooseTarget
     | NextPiece
+    | SelectPieces
+    | TogglePiece
     | PickNext
     | PickPlace
     | AcceptEdits

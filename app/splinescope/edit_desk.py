@@ -15,8 +15,9 @@ from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
 from splinescope.notice import Notice
 from splinescope.picking import nearest_key_pose, nearest_spline
+from splinescope.pieces import name_of_piece
 from splinescope.subject import EditKind, Subject, edits_for
-from splinescope.view import GhostView, Selection
+from splinescope.view import GhostView, Piece, Selection
 
 if TYPE_CHECKING:
     from splinescope.session import Session
@@ -42,6 +43,11 @@ def apply(session: Session, command: ask.Command) -> bool:
             _choose(session, by, spline)
         case ask.NextPiece(by=by):
             editing.piece, editing.target = editing.piece + by, 0
+        case ask.SelectPieces(pieces=pieces):
+            _select_pieces(session, pieces)
+        case ask.TogglePiece(piece=piece):
+            chosen = tuple(map(name_of_piece, subject(session).chosen))
+            _select_pieces(session, tuple(p for p in (*chosen, piece) if p != piece or piece not in chosen))
         case ask.PickNext(what=what):
             _pick_next(session, what)
         case ask.PickPlace(x=x, y=y, near=near):
@@ -115,6 +121,25 @@ def asks(editing: Editing) -> str:
     if proposal.preview.refusal is not None:
         return f"{proposal.name}: {proposal.preview.refusal} Esc cancels."
     return f"Enter accepts, Esc cancels: {proposal.name}."
+
+
+def _select_pieces(session: Session, pieces: tuple[Piece, ...]) -> None:
+    """Select pieces of the scan shown; a single one as a segment that it belongs to."""
+    scan = session.scan_view
+    if scan is None or not scan.key:
+        session.tell(Notice("Nothing was selected", "Only pieces of key scans can be: Alt + K leads to the next one."))
+    elif not pieces:
+        session.apply(ask.Select(None))
+    elif len(pieces) == 1:
+        session.apply(ask.Select(Selection("segment", pieces[0][0])))
+        _look_at_piece(session, pieces[0])
+    else:
+        session.apply(ask.Select(Selection("pieces", scan.scan.index, pieces=tuple(sorted(set(pieces))))))
+
+
+def _look_at_piece(session: Session, piece: Piece) -> None:
+    names = list(map(name_of_piece, subject(session).pieces))
+    session.editing.piece = names.index(piece) if piece in names else 0
 
 
 def _choose(session: Session, by: int, spline: int | None) -> None:
@@ -191,9 +216,7 @@ def _show_doubt(session: Session) -> None:
         session.apply(ask.Select(Selection("closure", doubt.closure)))
     elif doubt.piece is not None:
         session.apply(ask.Select(Selection("segment", doubt.piece.segment)))
-        pieces = [(a.first, a.last) for a in subject(session).pieces]
-        where = (doubt.piece.first, doubt.piece.last)
-        session.editing.piece = pieces.index(where) if where in pieces else 0
+        _look_at_piece(session, (doubt.piece.segment, doubt.piece.first, doubt.piece.last))
 
 
 def _settle_doubt(session: Session, right: bool) -> None:

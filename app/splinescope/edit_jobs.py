@@ -47,6 +47,8 @@ from splinescope.solution import Solution
 
 logger = logging.getLogger(__name__)
 
+MOST_ROWS = 6
+"""Rows of a preview on what pieces are about."""
 KEPT = 8
 """So many states are remembered: to undo and to redo takes no time."""
 MOVED = 1e-3
@@ -128,9 +130,10 @@ class Jobs:
 
     def _make(self, job: int, edits: tuple[Edit, ...], cancelled: Callable[[], bool]) -> None:
         start = time.monotonic()
-        before = self._made.get(edits[:-1]) if edits not in self._made else None
-        if before is not None and not any(isinstance(edit, CloseLoop | DropLoop) for edit in edits[-1:]):
-            self._answer_quickly(job, before, edits[-1:])
+        known = max(size for size in range(len(edits) + 1) if edits[:size] in self._made or size == 0)
+        before, more = self._made.get(edits[:known]), edits[known:]
+        if before is not None and more and not any(isinstance(edit, CloseLoop | DropLoop) for edit in more):
+            self._answer_quickly(job, before, more)
         state = self._state(edits, cancelled)
         if cancelled():
             raise Cancelled("newer edits are on their way")
@@ -172,7 +175,7 @@ def preview(base: Snapshot, state: Made, proposed: tuple[Edit, ...], tell: Calla
     if reason is not None:
         tell(Preview(refusal=reason, final=True))
         return
-    held = [row for edit in proposed for row in distances(edit, ground.decisions, ground.config)][:4]
+    held = [row for edit in proposed for row in held_apart(edit, proposed, ground.decisions, ground.config)][:MOST_ROWS]
     moved = None
     if any(isinstance(edit, CloseLoop | DropLoop) for edit in proposed):
         moved = moved_poses(ground.decisions, decisions, ground.config)
@@ -222,6 +225,12 @@ def distances(edit: Edit, decisions: Decisions, config: SlamConfig) -> list[tupl
     rms = float(np.sqrt(np.mean(np.square(off[beside])))) if beside.any() else float("nan")
     distance = f"{1000 * rms:.0f} mm (gate {1000 * gate:.0f} mm)" if beside.any() else "it lies beyond its end"
     return [("distance", distance), ("overlap", f"{beside.mean():.0%} of {len(points)} beams")]
+
+
+def held_apart(edit: Edit, among: tuple[Edit, ...], decisions: Decisions, config: SlamConfig) -> list[tuple[str, str]]:
+    """Distances, named by the segment where several edits are proposed."""
+    segment = f"segment {edit.segment}, " if len(among) > 1 and isinstance(edit, OnPiece) else ""
+    return [(segment + name, value) for name, value in distances(edit, decisions, config)]
 
 
 def ghost_of(before: Snapshot, decisions: Decisions) -> Ghost:

@@ -43,6 +43,12 @@ def describe(
             return describe_key_pose(selection.id, world, steps.get(selection.id))
         case "closure" if world is not None and selection.id < len(world.loop_closures):
             return describe_closure(world.loop_closures[selection.id])
+        case "pieces":
+            number, what = (
+                len(selection.pieces),
+                "An edit is made of all of them at once; Shift and a click adds another.",
+            )
+            return Description(f"{number} pieces selected", f"They are of key scan {selection.id}. {what}")
     name = f"{selection.kind.capitalize()} {selection.id}"
     return Description(name, "It is not in the map any more: it was merged, split or left out.")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from splinescope.page_values import Place
-from splinescope.view import Selection
+from splinescope.view import Piece, Selection
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +45,17 @@ def place_from(told: Any) -> Place | None:
     return (x, y, scale) if math.isfinite(x) and math.isfinite(y) and 0.0 < scale < 1e3 else None
 
 
+def _pieces(told: Any) -> tuple[Piece, ...]:
+    found = []
+    for piece in told if isinstance(told, list) else ():
+        match piece:
+            case [int(segment), int(first), int(last)]:
+                found.append((segment, first, last))
+    return tuple(found)
+
+
 def _selection(told: Any) -> Selection | None:
     match told:
         case {"kind": str(kind), "id": int(number), "sub": int(sub)}:
-            return Selection(kind, number, sub)
+            return Selection(kind, number, sub, _pieces(told.get("pieces")))
     return None

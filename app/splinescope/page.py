@@ -4,6 +4,8 @@
     page.send("actions", described())                # the table of actions: keys, buttons, palette, help sheet
     page.on_action(lambda name: ...)                 # "next-scan"
     page.on_click(lambda point, metres_per_pixel, client: ...)
+    page.on_add(lambda point, metres_per_pixel, client: ...)   # a click with Shift
+    page.on_box(lambda corners: ...)                 # a drag with Shift
     page.timeline(TimelineState(index=3, length=100, processed=40))
     page.on_timeline(lambda command, value: ...)     # ("seek", 17), ("speed", 2)
     page.on_row(lambda name, number: ...)            # ("closure", 17)
@@ -45,6 +47,7 @@ SIDE_WIDTH = 352.0
 
 ActionCallback = Callable[[str], None]
 ClickCallback = Callable[[Float[np.ndarray, "2"], float, viser.ClientHandle], None]
+BoxCallback = Callable[[Float[np.ndarray, "4 2"]], None]
 TimelineCallback = Callable[[str, float], None]
 RowCallback = Callable[[str, int], None]
 
@@ -73,6 +76,8 @@ class Page:
         self._name = secrets.token_hex(4)
         self._actions: list[ActionCallback] = []
         self._clicks: list[ClickCallback] = []
+        self._adds: list[ClickCallback] = []
+        self._boxes: list[BoxCallback] = []
         self._timelines: list[TimelineCallback] = []
         self._rows: list[RowCallback] = []
         self._views: list[Callable[[], None]] = []
@@ -153,6 +158,14 @@ class Page:
         """Call back with the point of the world that was clicked, the scale, and the page's client."""
         self._clicks.append(callback)
 
+    def on_add(self, callback: ClickCallback) -> None:
+        """Call back with the same for a click with Shift, which adds to what is selected."""
+        self._adds.append(callback)
+
+    def on_box(self, callback: BoxCallback) -> None:
+        """Call back with the corners, in order round it, of a rectangle that was drawn with Shift (world frame)."""
+        self._boxes.append(callback)
+
     def on_timeline(self, callback: TimelineCallback) -> None:
         """Call back with what was asked of the timeline."""
         self._timelines.append(callback)
@@ -215,11 +228,17 @@ class Page:
                 return [(callback, (str(value["command"]), float(value["value"]))) for callback in self._timelines]
             case "row":
                 return [(callback, (str(value["name"]), int(value["number"]))) for callback in self._rows]
-            case "click":
+            case "click" | "add":
                 point = np.array([float(value["x"]), float(value["y"])])
                 client = self.server.get_clients().get(client_id)
                 arguments = (point, float(value["metresPerPixel"]), client)
-                return [(callback, arguments) for callback in self._clicks if client is not None]
+                callbacks = self._clicks if topic == "click" else self._adds
+                return [(callback, arguments) for callback in callbacks if client is not None]
+            case "box":
+                corners = np.array(value, dtype=float)
+                if corners.shape != (4, 2) or not np.isfinite(corners).all():
+                    raise ValueError("a box has four corners")
+                return [(callback, (corners,)) for callback in self._boxes]
             case "hello":
                 return [(callback, (str(value["name"])[:80], str(value["query"])[:2000])) for callback in self._hellos]
             case "tab":

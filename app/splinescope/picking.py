@@ -7,7 +7,8 @@ from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.spline_map import MapSpline
-from splinescope.view import Layer, MapView, ScanView, Selection, View
+from splinescope.pieces import every_piece, name_of_piece, pieces_in, points_of
+from splinescope.view import Layer, MapView, Piece, ScanView, Selection, View
 
 Hit = tuple[float, Selection]
 """How far it is from the click (m), and what it is."""
@@ -29,6 +30,30 @@ def pick(view: View, world_point: Float[np.ndarray, "2"], tolerance_m: float) ->
     if "segment" in near and "spline" in near and near["spline"][0] + 0.5 * tolerance_m < near["segment"][0]:
         del near["segment"]
     return next((hit[1] for hit in near.values()), None)
+
+
+def pick_piece(view: View, point: Float[np.ndarray, "2"], tolerance: float) -> Piece | None:
+    """The piece of the key scan under a point."""
+    scan = view.scan
+    if scan is None or not scan.key or not _shows_segments(view):
+        return None
+    hits = [
+        (_distance_to_polyline(points, point), name)
+        for name in map(name_of_piece, every_piece(scan))
+        if len(points := points_of(name, scan))
+    ]
+    distance, found = min(hits, default=(np.inf, None))
+    return found if distance <= tolerance else None
+
+
+def pick_box(view: View, corners: Float[np.ndarray, "4 2"]) -> tuple[Piece, ...]:
+    """The pieces of the key scan that lie in a rectangle."""
+    scan = view.scan
+    return pieces_in(scan, corners) if scan is not None and scan.key and _shows_segments(view) else ()
+
+
+def _shows_segments(view: View) -> bool:
+    return bool(view.layers & {Layer.SEGMENTS, Layer.FITS, Layer.ASSOCIATIONS})
 
 
 def nearest_spline(view: View, point: Float[np.ndarray, "2"], tolerance: float) -> int | None:
@@ -68,7 +93,7 @@ def _key_pose(view: View, point: Float[np.ndarray, "2"], tolerance: float) -> Hi
 
 
 def _segment(view: View, point: Float[np.ndarray, "2"]) -> Hit | None:
-    if view.scan is None or not view.layers & {Layer.SEGMENTS, Layer.FITS, Layer.ASSOCIATIONS}:
+    if view.scan is None or not _shows_segments(view):
         return None
     hits = [
         (_distance_to_polyline(_points_world(view.scan, i), point), Selection("segment", fitted.segment.index))

@@ -359,7 +359,11 @@ class Session:
 
     # -- time ----------------------------------------------------------------------------------------------------
     def _play(self, playback: Playback) -> None:
-        if playback.cursor != self.cursor and self.selection is not None and self.selection.kind == "segment":
+        if (
+            playback.cursor != self.cursor
+            and self.selection is not None
+            and self.selection.kind in ("segment", "pieces")
+        ):
             self.selection = None
         if (playback.cursor, playback.playing) != (self.cursor, self.playback.playing):
             self.revision += 1

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.association import Association, Verdict
+from bspline_slam.association import Association
 from bspline_slam.edits.edit import (
     DropLoop,
     Edit,
@@ -18,6 +18,7 @@ from bspline_slam.edits.edit import (
     Ignore,
     MakeNew,
     MergeSplines,
+    OnPiece,
     PinPose,
     PinSpline,
     SplitSegment,
@@ -26,6 +27,7 @@ from bspline_slam.edits.edit import (
 )
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline
+from splinescope.pieces import every_piece, name_of_piece, pieces_of, points_of
 from splinescope.view import MapView, ScanView, Selection
 
 NEAR = 3.0
@@ -48,12 +50,14 @@ class EditKind(Enum):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Subject:
-    """The selected thing: a piece of a segment of a key scan with its `pieces` in order, a spline, a pose, or a loop
-    closure. `targets` are splines that it could be given to or merged with, the likeliest first."""
+    """The selected thing: a piece of a segment of a key scan with its `pieces` in order, several pieces of a key scan,
+    a spline, a pose, or a loop closure. `chosen` are the pieces that an edit is about, be it one or several. `targets`
+    are splines that it could be given to or merged with, the likeliest first."""
 
     segment: ScanSegment | None = None
     pieces: tuple[Association, ...] = ()
     piece: Association | None = None
+    chosen: tuple[Association, ...] = ()
     pose: Float[np.ndarray, "3"] | None = None
     scan: int | None = None
     spline: MapSpline | None = None
@@ -71,6 +75,8 @@ def subject_of(selection: Selection | None, scan: ScanView | None, world: MapVie
     match selection.kind:
         case "segment" if scan is not None and scan.key:
             return _segment(selection.id, scan, world, piece)
+        case "pieces" if scan is not None and scan.key and scan.scan.index == selection.id:
+            return _several(selection, scan, world)
         case "spline" | "control point" if selection.id in world.map:
             spline = world.map[selection.id]
             samples = spline.sample(0.2)[1]
@@ -87,19 +93,25 @@ def _segment(number: int, scan: ScanView, world: MapView, piece: int) -> Subject
     segment = next((f.segment for f in scan.segments if f.segment.index == number), None)
     if segment is None:
         return NOTHING
-    pieces = tuple(a for a in scan.associations if a.segment == number) or (_whole(segment),)
+    pieces = pieces_of(segment, scan)
     chosen = pieces[piece % len(pieces)]
-    inside = (segment.beams >= chosen.first) & (segment.beams <= chosen.last)
-    points = se2.transform(scan.pose, segment.points[inside])
+    points = points_of(name_of_piece(chosen), scan)
     known = [c.spline for c in chosen.candidates if c.spline in world.map]
     targets = dict.fromkeys(s for s in (*known, *nearest(world, points)) if s != chosen.spline)
-    return Subject(segment, pieces, chosen, scan.pose, scan.scan.index, targets=tuple(targets)[:MOST_TARGETS])
+    return Subject(
+        segment, pieces, chosen, (chosen,), scan.pose, scan.scan.index, targets=tuple(targets)[:MOST_TARGETS]
+    )
 
 
-def _whole(segment: ScanSegment) -> Association:
-    """A segment that nothing was decided about, as one piece."""
-    first, last = int(segment.beams[0]), int(segment.beams[-1])
-    return Association(segment.scan, segment.index, first, last, Verdict.GATED, None, float("nan"), float("nan"))
+def _several(selection: Selection, scan: ScanView, world: MapView) -> Subject:
+    """The pieces that are still there; any spline near them is a target, but one that all of them have already."""
+    chosen = tuple(piece for piece in every_piece(scan) if name_of_piece(piece) in selection.pieces)
+    if not chosen:
+        return NOTHING
+    points = np.concatenate([points_of(name_of_piece(piece), scan) for piece in chosen])
+    given = {piece.spline for piece in chosen}
+    targets = tuple(spline for spline in nearest(world, points) if given != {spline})
+    return Subject(chosen=chosen, pose=scan.pose, scan=scan.scan.index, targets=targets)
 
 
 def nearest(world: MapView, points: Float[np.ndarray, "m 2"]) -> list[int]:
@@ -139,8 +151,12 @@ def edits_for(
             return (SplitSpline(spline.id, (x, y), made),)
         case EditKind.MERGE | EditKind.PIN | EditKind.DROP_LOOP:
             return NEEDS[kind]
-        case _ if piece is not None and subject.segment is not None:
-            return _on_piece(kind, subject, piece, subject.segment, target, made, point)
+        case EditKind.SPLIT if piece is not None and subject.segment is not None:
+            return _split(subject, piece, subject.segment, point)
+        case EditKind.SPLIT if subject.chosen:
+            return "Pieces are split one at a time: select a single one."
+        case _ if subject.chosen:
+            return _on_pieces(kind, subject.chosen, target, made)
     return NEEDS[kind]
 
 
@@ -157,35 +173,64 @@ NEEDS = {
 }
 
 
-def _on_piece(
-    kind: EditKind,
-    subject: Subject,
-    piece: Association,
-    segment: ScanSegment,
-    target: int | None,
-    made: int,
-    point: Float[np.ndarray, "2"] | None,
+def _on_pieces(
+    kind: EditKind, pieces: tuple[Association, ...], target: int | None, made: int
 ) -> tuple[Edit, ...] | str:
+    """The edit of each piece that one of this kind can be made of; each new spline has an id of its own."""
+    edits: list[Edit] = []
+    refusal = ""
+    for piece in pieces:
+        found = _on_piece(kind, piece, target, made + len(edits))
+        if isinstance(found, str):
+            refusal = found
+        else:
+            edits.append(found)
+    return tuple(edits) or refusal
+
+
+def _on_piece(kind: EditKind, piece: Association, target: int | None, made: int) -> Edit | str:
     where = (piece.scan, piece.segment, piece.first, piece.last)
     match kind:
         case EditKind.FORCE:
-            return "There is no other spline near it." if target is None else (Force(*where, target),)
+            return "There is no other spline near it." if target is None else Force(*where, target)
         case EditKind.FORBID:
-            return "It was given to no spline." if piece.spline is None else (Forbid(*where, piece.spline),)
+            return "It was given to no spline." if piece.spline is None else Forbid(*where, piece.spline)
         case EditKind.NEW:
-            return (MakeNew(*where, made),)
-        case EditKind.IGNORE:
-            return (Ignore(*where),)
+            return MakeNew(*where, made)
         case _:
-            inside = (segment.beams > piece.first) & (segment.beams <= piece.last)
-            if not inside.any() or subject.pose is None:
-                return "A single beam cannot be split."
-            points = se2.transform(subject.pose, segment.points[inside])
-            beams = segment.beams[inside]
-            cut = len(beams) // 2 if point is None else int(np.argmin(np.linalg.norm(points - point, axis=1)))
-            return (SplitSegment(piece.scan, piece.segment, int(beams[cut])),)
+            return Ignore(*where)
+
+
+def _split(
+    subject: Subject, piece: Association, segment: ScanSegment, point: Float[np.ndarray, "2"] | None
+) -> tuple[Edit, ...] | str:
+    inside = (segment.beams > piece.first) & (segment.beams <= piece.last)
+    if not inside.any() or subject.pose is None:
+        return "A single beam cannot be split."
+    points = se2.transform(subject.pose, segment.points[inside])
+    beams = segment.beams[inside]
+    cut = len(beams) // 2 if point is None else int(np.argmin(np.linalg.norm(points - point, axis=1)))
+    return (SplitSegment(piece.scan, piece.segment, int(beams[cut])),)
 
 
 def name_of(edits: tuple[Edit, ...]) -> str:
     """The name of an action in the history."""
-    return in_words(edits[0]) if len(edits) == 1 else f"{in_words(edits[0])} and {len(edits) - 1} more"
+    first = edits[0]
+    if len(edits) > 1 and isinstance(first, OnPiece) and len(set(map(_alike, edits))) == 1:
+        pieces = f"{len(edits)} pieces of scan {first.scan}"
+        match first:
+            case Force(spline=spline):
+                return f"Force {pieces} to spline {spline}"
+            case Forbid():
+                return f"Forbid {pieces} their splines"
+            case MakeNew():
+                return f"Make new splines of {pieces}"
+            case _:
+                return f"Ignore {pieces}"
+    return in_words(first) if len(edits) == 1 else f"{in_words(first)} and {len(edits) - 1} more"
+
+
+def _alike(edit: Edit) -> tuple[object, ...]:
+    """What edits have in common that one name is enough for."""
+    scan = edit.scan if isinstance(edit, OnPiece) else None
+    return type(edit), scan, edit.spline if isinstance(edit, Force) else None

@@ -94,15 +94,21 @@ class MapView:
     times: Float[np.ndarray, "scans"] | None = None
 
 
+Piece = tuple[int, int, int]
+"""A piece of a scan: its segment, its first and its last beam."""
+
+
 @dataclass(frozen=True, slots=True)
 class Selection:
     """What was clicked: `kind` is "segment" (id: segment index of the current scan), "spline" (id: spline id),
     "control point"
-    (id: spline id, sub: number of the control point), "key pose" (id: scan index) or "closure" (id: its number)."""
+    (id: spline id, sub: number of the control point), "key pose" (id: scan index), "closure" (id: its number) or
+    "pieces" (id: index of the key scan that the several `pieces` are of)."""
 
     kind: str
     id: int
     sub: int = 0
+    pieces: tuple[Piece, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -37,7 +37,7 @@ from splinescope.notice import Notice
 from splinescope.page import Page, open_page
 from splinescope.panels import closures, edit_lists
 from splinescope.paths import SAMPLE, find_log
-from splinescope.picking import pick
+from splinescope.picking import pick, pick_box, pick_piece
 from splinescope.presenter import Presenter
 from splinescope.ruler import picked_from
 from splinescope.session import Session
@@ -59,16 +59,25 @@ CLICK_PIXELS = 8.0
 KEEPING = 1.0
 """Seconds between two times that choices are written down."""
 NOT_MEASURABLE = Notice("Nothing to measure there", "Click a curve of the map, a control point or a key pose.")
+NO_PIECE = Notice("Nothing to add there", "Shift adds pieces of the segments of a key scan.")
 OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press A to take control back.")
 WATCHING = Notice("You are watching", "Another page drives what all see. Press A to take control.")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Click:
-    """A person clicked the map at `point` (world frame)."""
+    """A person clicked the map at `point` (world frame); with Shift what is there `adds` to what is selected."""
 
     point: Float[np.ndarray, "2"]
     metres_per_pixel: float
+    adds: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Box:
+    """A person drew a rectangle with these `corners`, in order round it (world frame)."""
+
+    corners: Float[np.ndarray, "4 2"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +114,7 @@ class FromEditor:
     message: Message
 
 
-Posted = ask.Command | Perform | Click | PageMoved | Hello | Goodbye | Barrier | Message | FromEditor
+Posted = ask.Command | Perform | Click | Box | PageMoved | Hello | Goodbye | Barrier | Message | FromEditor
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -166,6 +175,8 @@ class Viewer:
         self._keep_time = 0.0
         page.on_action(lambda action: self.post(Perform(action)))
         page.on_click(lambda point, scale, client: self.post(Click(point, scale)))
+        page.on_add(lambda point, scale, client: self.post(Click(point, scale, adds=True)))
+        page.on_box(lambda corners: self.post(Box(corners)))
         page.on_timeline(self._timeline)
         page.on_row(self._row)
         page.on_view(lambda: self.post(PageMoved()))
@@ -279,8 +290,12 @@ class Viewer:
             case Click() if self.session.editing.picking or self.session.editing.draft:
                 x, y = item.point.tolist()
                 self.session.apply(ask.PickPlace(x, y, CLICK_PIXELS * item.metres_per_pixel))
+            case Click(adds=True):
+                self._add(item)
             case Click():
                 self._click(item)
+            case Box():
+                self.session.apply(ask.SelectPieces(pick_box(self.session.view, item.corners)))
             case PageMoved():
                 self._presenter.page_moved()
                 if client is not None and client == self._visitors.driver and client not in self._arriving:
@@ -306,6 +321,13 @@ class Viewer:
             session.tell(NOT_MEASURABLE)
         else:
             session.apply(ask.LayRuler(picked))
+
+    def _add(self, click: Click) -> None:
+        found = pick_piece(self.session.view, click.point, CLICK_PIXELS * click.metres_per_pixel)
+        if found is not None:
+            self.session.apply(ask.TogglePiece(found))
+        else:
+            self.session.tell(NO_PIECE)
 
     # -- who drives ----------------------------------------------------------------------------------------------
     def _may(self, item: Posted, client: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import signal
@@ -11,13 +12,17 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
 from app.browser import Window, until
+from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
 from splinescope import commands as ask
 from splinescope.page import open_page
+from splinescope.pieces import every_piece, name_of_piece, points_of
+from splinescope.subject import EditKind
 from splinescope.view import Selection
 from splinescope.viewer import Viewer
 
@@ -128,6 +133,147 @@ def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, open_w
     until(lambda: in_force(ready) == 1, "the past state that was clicked")
     window.page.locator("[data-row=edit-switch] button").first.click()
     until(lambda: in_force(ready) == 0, "switched off")
+
+
+def shown(viewer: Viewer) -> str:
+    """A hash of the map and of the edits in force."""
+    snapshot, digest = (
+        viewer.session.findings.snapshot,
+        hashlib.sha256(viewer.session.editing.history.state_hash.encode()),
+    )
+    assert snapshot is not None
+    digest.update(snapshot.poses.tobytes())
+    for spline in snapshot.map:
+        digest.update(f"{spline.id} {spline.span}".encode() + spline.curve.control_points.tobytes())
+    return digest.hexdigest()
+
+
+def accepted_and_undone(viewer: Viewer, window: Window, name: str) -> None:
+    """What is proposed now is previewed, made, seen in the map, taken back, and nothing is left of it."""
+    editing = viewer.session.editing
+    before, active = shown(viewer), in_force(viewer)
+    until(lambda: previewed(viewer), f"the preview of {name}")
+    assert editing.proposal is not None and editing.proposal.name.startswith(name)
+    assert editing.proposal.preview is not None and editing.proposal.preview.refusal is None
+    edits = len(editing.proposal.edits)
+    window.page.keyboard.press("Enter")
+    until(lambda: in_force(viewer) == active + edits and not editing.making, f"{name} made")
+    assert shown(viewer) != before
+    assert editing.explanation is not None
+    assert {outcome.fate for outcome in editing.explanation.outcomes[active:]} <= {Fate.FOLLOWED, Fate.OUTVOTED}
+    press(window.page, "Undo")
+    until(lambda: in_force(viewer) == active and not editing.making, f"{name} undone")
+    until(lambda: shown(viewer) == before, "the map as it was")
+
+
+def test_a_box_selects_pieces_and_one_action_edits_them_all(ready: Viewer, open_window: Opener) -> None:
+    window, session = open_window(ready.url), ready.session
+    open_tab(window, "Edit")
+    scan = session.scan_view
+    assert scan is not None
+    every = tuple(map(name_of_piece, every_piece(scan)))
+    points = np.concatenate([points_of(piece, scan) for piece in every])
+    camera = window.camera()
+    left, top = window.pixel_of(points[:, 0].min(), points[:, 1].max())
+    right, bottom = window.pixel_of(points[:, 0].max(), points[:, 1].min())
+    mouse, keyboard = window.page.mouse, window.page.keyboard
+    keyboard.down("Shift")
+    mouse.move(left - 8, top - 8)
+    mouse.down()
+    mouse.move(0.5 * (left + right), 0.5 * (top + bottom))
+    mouse.move(right + 8, bottom + 8)
+    expect(window.page.locator(".scope-box")).to_be_visible()
+    window.screenshot("box-drawn")
+    mouse.up()
+    keyboard.up("Shift")
+    expect(window.page.locator(".scope-box")).to_be_hidden()
+    wanted = Selection("pieces", SCAN, pieces=every)
+    until(lambda: session.selection == wanted, "all pieces")
+    assert window.camera() == camera
+    expect(window.page.get_by_text(f"{len(every)} pieces selected").first).to_be_visible()
+    until(lambda: (window.node("/splinescope/halo") or {}).get("visible"), "what is selected")
+    middle = points_of(every[0], scan)
+    x, y = window.pixel_of(*middle[len(middle) // 2])
+    window.page.keyboard.down("Shift")
+    mouse.click(x, y)
+    until(lambda: session.selection != wanted, "one piece less")
+    mouse.click(x, y)
+    window.page.keyboard.up("Shift")
+    until(lambda: session.selection == wanted, "the piece again")
+    press(window.page, "Ignore")
+    until(lambda: previewed(ready), "the preview")
+    window.screenshot("box-selected")
+    accepted_and_undone(ready, window, f"Ignore {len(every)} pieces of scan {SCAN}")
+    keyboard.press("Escape")
+    until(lambda: session.selection is None, "nothing selected")
+    keyboard.press("Control+a")
+    until(lambda: session.selection == wanted, "all pieces by key")
+
+
+def split_its_spline(viewer: Viewer) -> int:
+    """Cut the spline of the selected piece in two, for the others of this world are too far from it; gives its id."""
+    piece = viewer.session.subject.piece
+    assert piece is not None and piece.spline is not None
+    viewer.post(ask.Select(Selection("spline", piece.spline)))
+    viewer.post(ask.EditSelected(EditKind.SPLIT))
+    viewer.post(ask.AcceptEdits())
+    until(lambda: in_force(viewer) == 1 and not viewer.session.editing.making, "two splines near each other")
+    return piece.spline
+
+
+def test_a_piece_is_forced_to_another_spline(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    open_tab(window, "Edit")
+    chosen = ready.session.selection
+    split_its_spline(ready)
+    ready.post(ask.Select(chosen))
+    until(lambda: ready.session.selection == chosen and ready.session.subject.targets, "the segment again")
+    press(window.page, "Force to target")
+    accepted_and_undone(ready, window, "Force beams")
+    window.page.keyboard.press("e")
+    accepted_and_undone(ready, window, "Force beams")
+
+
+def test_splines_are_merged_and_pinned(ready: Viewer, open_window: Opener) -> None:
+    window = open_window(ready.url)
+    open_tab(window, "Edit")
+    spline = split_its_spline(ready)
+    press(window.page, "Pin")
+    accepted_and_undone(ready, window, f"Pin spline {spline}")
+    window.page.keyboard.press("p")
+    accepted_and_undone(ready, window, f"Pin spline {spline}")
+    press(window.page, "Merge")
+    accepted_and_undone(ready, window, "Merge spline")
+    window.page.keyboard.press("m")
+    accepted_and_undone(ready, window, "Merge spline")
+
+
+def test_a_loop_is_closed_and_dropped(ready: Viewer, open_window: Opener) -> None:
+    window, session = open_window(ready.url), ready.session
+    open_tab(window, "Edit")
+    world = session.map_view
+    assert world is not None
+    first = shown(ready)
+    ready.post(ask.Select(Selection("key pose", world.key_scans[-1])))
+    until(lambda: session.selection is not None and session.selection.kind == "key pose", "the key pose")
+    press(window.page, "Close")
+    until(lambda: session.editing.picking, "the question which other")
+    window.page.mouse.click(*window.pixel_of(*world.key_poses[0, :2]))
+    until(lambda: session.editing.draft, "the ghost scan")
+    window.page.keyboard.press("Control+ArrowRight")
+    press(window.page, "Match it")
+    accepted_and_undone(ready, window, "Close a loop")
+    window.page.keyboard.press("Control+y")
+    until(lambda: in_force(ready) == 1 and not session.editing.making, "the loop closed again")
+    assert session.map_view is not None
+    ready.post(ask.Select(Selection("closure", len(session.map_view.loop_closures) - 1)))
+    until(lambda: session.selection is not None and session.selection.kind == "closure", "the closure")
+    press(window.page, "Drop")
+    accepted_and_undone(ready, window, "Drop the loop")
+    window.page.keyboard.press("Shift+Y")
+    accepted_and_undone(ready, window, "Drop the loop")
+    press(window.page, "Undo")
+    until(lambda: not in_force(ready) and shown(ready) == first, "the automatic map")
 
 
 def test_a_click_chooses_where_a_spline_is_split(ready: Viewer, open_window: Opener) -> None:

@@ -44,16 +44,19 @@ from splinescope.edit_messages import (
     Prepare,
     Preview,
     PreviewFound,
+    QuickAnswer,
 )
 from splinescope.editing import Editing, Picking
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
 from splinescope.messages import Failed, Finished, Message
+from splinescope.panels.edit_lists import selected
+from splinescope.pieces import every_piece, name_of_piece
 from splinescope.preferences import Preferences
 from splinescope.session import Session
 from splinescope.subject import EditKind
-from splinescope.view import Selection
+from splinescope.view import Piece, Selection
 
 LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"
 
@@ -239,6 +242,66 @@ def test_edits_of_a_segment_are_made_and_taken_back(desk: Desk, kind: EditKind) 
     assert desk.shown == last
     desk.do(ask.GoToEdit(0))
     assert desk.shown == first
+
+
+def pieces(desk: Desk, scan: int = 11) -> tuple[Piece, ...]:
+    desk.do(ask.Seek(scan))
+    shown = desk.session.scan_view
+    assert shown is not None
+    return tuple(map(name_of_piece, every_piece(shown)))
+
+
+@pytest.mark.parametrize("kind", [EditKind.FORCE, EditKind.FORBID, EditKind.NEW, EditKind.IGNORE])
+def test_several_pieces_are_edited_by_one_action(desk: Desk, kind: EditKind) -> None:
+    first, every = desk.shown, pieces(desk)
+    assert len(every) >= 2
+    desk.do(ask.SelectPieces(every), ask.EditSelected(kind))
+    proposal = desk.editing.proposal
+    assert proposal is not None and f"{len(every)} pieces of scan 11" in proposal.name
+    assert [(e.segment, e.first, e.last) for e in proposal.edits if isinstance(e, OnPiece)] == list(every)
+    assert proposal.preview is not None and proposal.preview.final
+    made = [e.spline for e in proposal.edits if isinstance(e, MakeNew)]
+    assert made == list(range(FIRST_MADE_BY_HAND, FIRST_MADE_BY_HAND + len(made)))
+    if proposal.preview.refusal is not None:
+        return
+    desk.do(ask.AcceptEdits())
+    assert len(desk.editing.history.entries) == 1
+    assert len(desk.editing.history.active) == len(every)
+    assert desk.shown != first
+    desk.do(ask.Undo())
+    assert desk.shown == first
+
+
+def test_several_pieces_are_answered_quickly_too(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    heard: list[Message] = []
+    monkeypatch.setattr(desk.editor._jobs, "_send", lambda message: (heard.append(message), desk.editor.hear(message)))
+    desk.do(ask.SelectPieces(pieces(desk)[:2]), ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    assert QuickAnswer in map(type, heard)
+
+
+def test_shift_adds_pieces_and_takes_them_away(desk: Desk) -> None:
+    a, b, *_ = pieces(desk)
+    desk.do(ask.TogglePiece(b))
+    assert desk.session.selection == Selection("segment", b[0])
+    assert desk.session.subject.piece is not None and name_of_piece(desk.session.subject.piece) == b
+    desk.do(ask.TogglePiece(a))
+    assert desk.session.selection == Selection("pieces", 11, pieces=(a, b))
+    assert "2 pieces selected" in "".join(selected(desk.session))
+    assert edit_desk.refusal(desk.session, EditKind.SPLIT) is not None
+    desk.do(ask.TogglePiece(b))
+    assert desk.session.selection == Selection("segment", a[0])
+    desk.do(ask.TogglePiece(b), ask.Leave())
+    assert desk.session.selection is None
+    desk.do(ask.SelectPieces((a, b)), ask.Step(1))
+    assert desk.session.selection is None
+
+
+def test_pieces_of_a_scan_that_is_no_key_scan_are_not_selected(desk: Desk) -> None:
+    a, b, *_ = pieces(desk)
+    scan = next(i for i in range(len(desk.session.log or ())) if i not in desk.session.findings.steps)
+    desk.do(ask.Seek(scan), ask.SelectPieces((a, b)))
+    assert desk.session.selection is None
+    assert "Nothing was selected" in [notice.title for notice in desk.session.notices]
 
 
 def test_a_spline_is_split_and_merged_and_pinned(desk: Desk) -> None:

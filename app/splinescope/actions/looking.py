@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from splinescope import commands as ask
 from splinescope.actions.action import Action, with_log
+from splinescope.pieces import every_piece, name_of_piece
 from splinescope.session import Session
 from splinescope.view import Selection
 
@@ -43,6 +44,11 @@ def _select_spline(session: Session) -> ask.Command:
     return ask.Select(None if spline is None else Selection("spline", spline))
 
 
+def _all_pieces(session: Session) -> ask.Command:
+    scan = session.scan_view
+    return ask.SelectPieces(() if scan is None else tuple(map(name_of_piece, every_piece(scan))))
+
+
 LOOKING = (
     Action("next-segment", "Select the next segment", ("j",), lambda s: neighbour(1, s), _no_segments, repeats=True),
     Action("previous-segment", "Select the one before", ("k",), lambda s: neighbour(-1, s), _no_segments, repeats=True),
@@ -53,6 +59,7 @@ LOOKING = (
         _select_spline,
         lambda session: NOT_TIED if spline_of_segment(session) is None else None,
     ),
+    Action("all-pieces", "Select all pieces of the key scan", ("Ctrl+a",), _all_pieces, _no_segments),
     Action("leave", "Put the ruler away, clear the selection", ("Escape",), ask.Leave()),
     Action("measure", "Measure between two things", ("M",), ask.Measure(), with_log),
     Action(

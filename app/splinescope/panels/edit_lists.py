@@ -7,6 +7,7 @@ from datetime import datetime
 
 import numpy as np
 
+from bspline_slam.association import Association
 from bspline_slam.edits.explain import Explanation, Fate
 from bspline_slam.edits.history import Accepted, History
 from splinescope import table
@@ -19,8 +20,8 @@ from splinescope.session import Session
 STATE, SWITCH, WORST, DOUBT = "edit-state", "edit-switch", "edit-worst", "doubt"
 """Names of rows in what the page tells of clicks."""
 HINT = (
-    "Select a segment of a key scan, a spline, a key pose or a loop closure. What you propose is drawn dashed over the "
-    "map before you accept it."
+    "Select a segment of a key scan, a spline, a key pose or a loop closure; drag with Shift to select many pieces. "
+    "What you propose is drawn dashed over the map before you accept it."
 )
 
 
@@ -33,6 +34,9 @@ def selected(session: Session) -> list[str]:
         parts = [
             table.paragraph(f"Scan {found.piece.scan}, segment {found.piece.segment}{several}: {decision(found.piece)}")
         ]
+    elif found.chosen:
+        rows = [(f"segment {a.segment}, beams {a.first}–{a.last}", decision_in_short(a)) for a in found.chosen]
+        parts = [table.heading(f"{len(found.chosen)} pieces selected"), table.pairs(rows)]
     elif found.spline is not None:
         parts = [table.paragraph(f"Spline {found.spline.id}, {found.spline.length:.2f} m.")]
     elif found.scan is not None:
@@ -45,6 +49,11 @@ def selected(session: Session) -> list[str]:
         others = ", ".join(str(other) for other in found.targets if other != chosen)
         parts.append(table.paragraph(f"Target: spline {chosen}." + (f" Others near it: {others}." if others else "")))
     return parts
+
+
+def decision_in_short(piece: Association) -> str:
+    """Which spline a piece was given to."""
+    return piece.verdict.value if piece.spline is None else f"spline {piece.spline}"
 
 
 def proposed(editing: Editing) -> list[str]:

@@ -18,11 +18,11 @@ Buttons = dict[str, str]
 ACCEPT: Buttons = {"Accept ⏎": "edit-accept", "Cancel Esc": "leave"}
 MATCH: Buttons = {"Match it": "ghost-match", "Cancel Esc": "leave"}
 EDITS: dict[str, Buttons] = {
-    "Its beams": {"Force to target": "edit-force", "Forbid spline": "edit-forbid"},
-    "are": {"New spline": "edit-new", "Ignore": "edit-ignore"},
+    "Association": {"Force to target": "edit-force", "Forbid spline": "edit-forbid"},
+    "No match": {"New spline": "edit-new", "Ignore": "edit-ignore"},
     "Target": {"Next": "edit-target", "Click it": "edit-pick", "Merge": "edit-merge"},
     "Split": {"In the middle": "edit-split", "At a click": "edit-split-at"},
-    "Hold": {"Pin": "edit-pin", "Next piece": "edit-piece"},
+    "Pin": {"Pin": "edit-pin", "Next piece": "edit-piece"},
     "Loop closure": {"Close": "edit-loop", "Drop": "edit-drop-loop"},
 }
 DOUBT: Buttons = {"Next": "next-doubt", "Before": "previous-doubt"}

@@ -9,6 +9,7 @@ from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
 from bspline_slam.segmentation import EndKind, ScanSegment
 from splinescope.palette import GREY, PURPLE, SKY, VERDICT_STYLES, VERMILION, YELLOW, Glyph, LineStyle, Theme
+from splinescope.pieces import points_of
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
 from splinescope.scene.ellipses import blocks, ellipses
@@ -191,11 +192,16 @@ def robot(view: ScanView, theme: Theme, detail: Detail) -> Strokes:
 
 
 def halo(view: ScanView | None, selection: Selection | None, theme: Theme, detail: Detail) -> Strokes:
-    """The selected segment once more, for a broad line beneath it."""
-    if view is None or selection is None or selection.kind != "segment":
+    """The selected segment, or pieces, once more, for a broad line beneath."""
+    if view is None or selection is None:
         return Strokes.none()
-    chosen = [f.segment for f in view.segments if f.segment.index == selection.id]
-    lines = [polyline(se2.transform(view.pose, segment.points)) for segment in chosen]
+    chosen: list[Float[np.ndarray, "m 2"]] = []
+    if selection.kind == "segment":
+        segments = (f.segment for f in view.segments if f.segment.index == selection.id)
+        chosen = [se2.transform(view.pose, segment.points) for segment in segments]
+    elif selection.kind == "pieces" and selection.id == view.scan.index:
+        chosen = [points for piece in selection.pieces if len(points := points_of(piece, view)) > 1]
+    lines = map(polyline, chosen)
     return Strokes.joined(Strokes.of(line, theme.faint(theme.ink, 0.35)) for line in lines)
 
 

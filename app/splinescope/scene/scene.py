@@ -164,7 +164,7 @@ DRAWINGS = (
 
 
 def _segment(view: View) -> bool:
-    return view.selection is not None and view.selection.kind == "segment"
+    return view.selection is not None and view.selection.kind in ("segment", "pieces")
 
 
 def _with_selection(f: Frame, draw: Callable[..., Strokes]) -> Strokes:
