@@ -296,12 +296,13 @@ def test_shift_adds_pieces_and_takes_them_away(desk: Desk) -> None:
     assert desk.session.selection is None
 
 
-def test_pieces_of_a_scan_that_is_no_key_scan_are_not_selected(desk: Desk) -> None:
-    a, b, *_ = pieces(desk)
-    scan = next(i for i in range(len(desk.session.log or ())) if i not in desk.session.findings.steps)
-    desk.do(ask.Seek(scan), ask.SelectPieces((a, b)))
-    assert desk.session.selection is None
-    assert "Nothing was selected" in [notice.title for notice in desk.session.notices]
+def test_pieces_of_a_scan_that_is_no_key_scan_are_not_selected() -> None:
+    session, request = Session(Idle(), lambda _: None, Preferences()), ask.OpenLog(LOG)
+    for command in (request, ask.LogOpened(request, open_log(LOG)), ask.SelectPieces(((0, 0, 9), (1, 10, 19)))):
+        session.apply(command)
+    assert session.scan_view is not None and not session.scan_view.key
+    assert session.selection is None
+    assert "Nothing was selected" in [notice.title for notice in session.notices]
 
 
 def test_a_spline_is_split_and_merged_and_pinned(desk: Desk) -> None:
