@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 ARTEFACTS = Path(__file__).parents[2] / "artefacts"
 PATIENCE = 60.0  # s: the slowest machine that tests run on
@@ -17,6 +17,8 @@ READY = (
     "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
     " && splinescope.latest.has('actions')"
 )
+
+expect.set_options(timeout=30_000)  # a loaded machine takes its time; `until` waits for longer still
 
 
 @dataclass
