@@ -276,6 +276,7 @@ def test_one_drives_and_others_watch_until_they_take_control(ready: Viewer, open
     before = two.settled()
     two.page.keyboard.press("ArrowRight")
     expect(two.page.get_by_text("Another page drives what all see")).to_be_visible()
+    tab(two, "Layers")  # another test may have left another one open
     two.page.get_by_label(Layer.BEAMS.value, exact=True).click()
     two.page.get_by_role("button", name="Zoom in").click()
     until(lambda: two.viewport()["metresPerPixel"] < 0.9 * before["metresPerPixel"], "a view of one's own")
