@@ -57,4 +57,4 @@ def _carried_along(spline: MapSpline, result: Snapshot, key_poses: Float[np.ndar
     key = max(int(np.searchsorted(result.key_scans, spline.born, side="right")) - 1, 0)
     now = result.poses[result.key_scans[key]]
     move = se2.compose(key_poses[key], se2.inverse(now))
-    return replace(spline, curve=spline.curve.with_control_points(se2.transform(move, spline.curve.control_points)))
+    return spline.moved(move)

@@ -134,7 +134,7 @@ def _relation(
     spline = world.map[association.spline]
     low, high = spline.curve.domain
     whole = spline.curve.clamped((max(spline.span[0], low), min(spline.span[1], high)))
-    whole = whole.with_control_points(se2.transform(se2.inverse(pose), whole.control_points))
+    whole = whole.moved(se2.inverse(pose))
     beams = (segment.beams >= association.first) & (segment.beams <= association.last)
     points = steps.points[beams]
     if len(points) < 2:

@@ -36,7 +36,7 @@ def fitted(segment: ScanSegment, pose_robot_sensor: Float[np.ndarray, "3"]) -> F
         fit = fitting.fit_chord_length(se2.transform(se2.inverse(pose_robot_sensor), segment.points))
     except GeometryError:
         return FittedSegment(segment, None, None)
-    curve = fit.curve.with_control_points(se2.transform(pose_robot_sensor, fit.curve.control_points))
+    curve = fit.curve.moved(pose_robot_sensor)
     return FittedSegment(segment, curve, turned(fit.covariance, float(pose_robot_sensor[2])))
 
 

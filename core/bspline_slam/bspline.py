@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from bspline_slam import se2
 from bspline_slam.errors import GeometryError
 from bspline_slam.kernels import basis as kernels
 
@@ -237,6 +238,10 @@ class BSpline:
     def with_control_points(self, control_points: Float[np.ndarray, "n 2"]) -> BSpline:
         """The same basis with other control points."""
         return BSpline(self.degree, self.knots, np.asarray(control_points, dtype=float))
+
+    def moved(self, pose: Float[np.ndarray, "3"]) -> BSpline:
+        """A curve given in the frame of `pose`, in the frame that the pose is given in."""
+        return self.with_control_points(se2.transform(pose, self.control_points))
 
     def reversed(self) -> BSpline:
         """The same curve run through from its other end."""

@@ -66,18 +66,13 @@ class Adjusted:
         k = max(int(np.searchsorted(self.key_scans, spline.born, side="right")) - 1, 0)
         then, adjusted = self.splines.get(spline.id, (None, spline))
         if then is not None and same_stretch(then, spline):
-            return moved(adjusted, since[k])
-        return moved(spline, motions[k])
+            return adjusted.moved(since[k])
+        return spline.moved(motions[k])
 
 
 def same_stretch(a: MapSpline, b: MapSpline) -> bool:
     """Whether a spline has neither grown nor been joined between two moments; it may have moved."""
     return a.span == b.span and np.array_equal(a.curve.knots, b.curve.knots)
-
-
-def moved(spline: MapSpline, motion: Float[np.ndarray, "3"]) -> MapSpline:
-    """The spline moved as a whole (world frame)."""
-    return replace(spline, curve=spline.curve.with_control_points(se2.transform(motion, spline.curve.control_points)))
 
 
 def adjust_so_far(snapshot: Snapshot, config: SlamConfig, cancelled: Cancelling = never) -> Adjusted:

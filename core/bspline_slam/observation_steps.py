@@ -39,7 +39,7 @@ class ObservedSpline:
     def seen_from(self, pose: Float[np.ndarray, "3"]) -> ObservedSpline:
         """The same in the frame that `pose` is given in, the pose taken as certain."""
         turn = np.kron(np.eye(len(self.curve.control_points)), se2.rotation(pose[2]))
-        curve = self.curve.with_control_points(se2.transform(pose, self.curve.control_points))
+        curve = self.curve.moved(pose)
         return ObservedSpline(curve, turn @ self.covariance @ turn.T)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -30,6 +30,10 @@ class MapSpline:
     def sample(self, spacing: float) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
         """Parameters and world points of the supported stretch, about `spacing` metres apart."""
         return self.curve.sample(spacing, self.span)
+
+    def moved(self, motion: Float[np.ndarray, "3"]) -> MapSpline:
+        """The spline moved as a whole (world frame)."""
+        return replace(self, curve=self.curve.moved(motion))
 
     @property
     def length(self) -> float:

@@ -12,7 +12,7 @@ import pytest
 from bspline_slam import se2
 from bspline_slam.backends import back_end, solve_control_points
 from bspline_slam.errors import Cancelled
-from bspline_slam.incremental import Adjusted, adjust_so_far, moved, same_stretch
+from bspline_slam.incremental import Adjusted, adjust_so_far, same_stretch
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Slam, SlamConfig, Snapshot
@@ -83,7 +83,7 @@ def test_a_map_that_moves_as_a_whole_takes_its_adjustment_along(reading: Reading
     elsewhere = replace(
         front,
         poses=se2.compose(motion, front.poses),
-        map=replace(front.map, splines=tuple(moved(spline, motion) for spline in front.map)),
+        map=replace(front.map, splines=tuple(spline.moved(motion) for spline in front.map)),
     )
     here, there = adjusted.applied(front), adjusted.applied(elsewhere)
     np.testing.assert_allclose(there.poses, se2.compose(motion, here.poses), atol=1e-9)
@@ -101,7 +101,7 @@ def test_a_front_end_that_went_elsewhere_is_not_adjusted_from_before(reading: Re
 def test_a_spline_that_grew_is_another_stretch(reading: Reading) -> None:
     spline = reading.front[-1].map.splines[0]
     low, high = spline.span
-    assert same_stretch(spline, moved(spline, np.array([1.0, 2.0, 3.0])))
+    assert same_stretch(spline, spline.moved(np.array([1.0, 2.0, 3.0])))
     assert not same_stretch(spline, replace(spline, span=(low, high - 0.1)))
 
 

@@ -141,13 +141,8 @@ def problem_from_pipeline(log: SimulatedLog, config: SlamConfig, cancelled: Canc
     scans = [int(scan) for scan in snapshot.key_scans]
     start = log.true_poses[log.scan_records[scans[0]]]
     move = se2.compose(start, se2.inverse(poses[0]))
-    splines = SplineMap(tuple(_moved(spline, move) for spline in snapshot.map))
+    splines = SplineMap(tuple(spline.moved(move) for spline in snapshot.map))
     return Problem(snapshot.observations, se2.compose(move, poses), splines, true_odometry(log, scans, ODOMETRY))
-
-
-def _moved(spline: MapSpline, move: Float[np.ndarray, "3"]) -> MapSpline:
-    control_points = se2.transform(move, spline.curve.control_points)
-    return replace(spline, curve=spline.curve.with_control_points(control_points))
 
 
 def key_scans(log: SimulatedLog, config: TrackingConfig) -> list[int]:

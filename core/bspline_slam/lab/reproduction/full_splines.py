@@ -66,15 +66,15 @@ def grown(sights: Sequence[Sight], poses: Float[np.ndarray, "n 3"], fitting: Fit
         if spline not in curves:
             t = chord_length_parameters(points)
             first = fit_parameters(points, t, clamped_knots(CONTROL_POINTS), fitting).curve
-            curves[spline] = moved(first, laser)
+            curves[spline] = first.moved(laser)
             placed.append(Placed(sight, t, Relation.FULL))
             continue
-        known = moved(curves[spline], se2.inverse(laser))
+        known = curves[spline].moved(se2.inverse(laser))
         decision = model.related(known, points)
         if decision is None:
             continue
         if decision.relation is Relation.EXTENSION:
-            curves[spline] = moved(extended(known, points, decision, CONTROL_POINTS, fitting), laser)
+            curves[spline] = extended(known, points, decision, CONTROL_POINTS, fitting).moved(laser)
         placed.append(Placed(sight, decision.parameters(points), decision.relation))
     return _on_unit_domain(curves, placed)
 
@@ -93,11 +93,6 @@ def _on_unit_domain(curves: Mapping[int, BSpline], placed: Sequence[Placed]) -> 
             for one in placed
         ),
     )
-
-
-def moved(curve: BSpline, pose: Float[np.ndarray, "3"]) -> BSpline:
-    """A curve given in the frame of `pose`, in the frame that the pose is given in."""
-    return curve.with_control_points(se2.transform(pose, curve.control_points))
 
 
 def observation(full: FullSplines, one: Placed, fitting: FittingConfig) -> SplineFactor:

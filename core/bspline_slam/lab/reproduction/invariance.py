@@ -43,7 +43,7 @@ def two_views() -> TwoViews:
     """Noise-free scans at 0.1° from both places, fitted by chord length."""
     poses = (sight.FIRST_POSE, sight.SECOND_POSE)
     seen = [sight.scan_curve(sight.REFERENCE, pose, sight.FINE) for pose in poses]
-    fitted = [sight.in_world(pose, sight.observe(points).curve) for pose, points in zip(poses, seen, strict=True)]
+    fitted = [sight.observe(points).curve.moved(pose) for pose, points in zip(poses, seen, strict=True)]
     world = [se2.transform(pose, points) for pose, points in zip(poses, seen, strict=True)]
     return TwoViews((world[0], world[1]), (fitted[0], fitted[1]))
 

@@ -56,7 +56,7 @@ def seen_stretch(
 def sighting(stretch: tuple[float, float], rng: np.random.Generator) -> Sighting:
     """The stretch KNOWN mapped from the first place, then `stretch` seen from the second one."""
     known = sight.observe(seen_stretch(sight.FIRST_POSE, KNOWN, rng)).curve
-    full_spline = sight.in_world(se2.between(sight.SECOND_POSE, sight.FIRST_POSE), known)
+    full_spline = known.moved(se2.between(sight.SECOND_POSE, sight.FIRST_POSE))
     points = seen_stretch(sight.SECOND_POSE, stretch, rng)
     decision = relate(full_spline, points, CONFIG)
     grown = decision.relation is Relation.EXTENSION

@@ -58,8 +58,3 @@ def observe(points: Float[np.ndarray, "m 2"], terms: ChordLengthNoise = TERMS) -
     """The whole of a spline observed: chord-length parameters, least squares, covariance (paper, eqs 4–15)."""
     frame = BSpline(3, clamped_knots(CONTROL_POINTS), np.zeros((CONTROL_POINTS, 2)))
     return observe_spline(points, frame, FITTING, terms)
-
-
-def in_world(pose: Float[np.ndarray, "3"], curve: BSpline) -> BSpline:
-    """A curve of the robot frame in the world frame."""
-    return curve.with_control_points(se2.transform(pose, curve.control_points))
