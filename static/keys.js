@@ -11,7 +11,10 @@ const PRESSING = new Set([" ", "Enter"]); // these work a focused button
 const STEERING = /^(Arrow|Home|End|Page)/; // these work a focused slider, tab or list
 const CLICK_PIXELS = 4;
 
-const writes = (target) => target.matches?.("input:not([type=range], [type=checkbox]), textarea, select, [contenteditable=true]");
+const WRITTEN = "input:not([type=range], [type=checkbox]), textarea, select, [contenteditable=true]";
+
+// The field of a closed dialog keeps the focus until the next frame is drawn: what is not seen takes no keys.
+const writes = (target) => target.matches?.(WRITTEN) && target.checkVisibility();
 const steers = (target) => target.closest?.("[role=slider], [role=tablist], [role=listbox], [role=menu], [role=dialog]");
 const presses = (target) => target.closest?.("button, input[type=checkbox], a[href], summary, [role=button], [role=switch], [role=tab]");
 
