@@ -9,8 +9,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.calibration import in_step, odometry_lag, scan_records
+from bspline_slam.calibration import scan_records
 from bspline_slam.errors import LogError
+from bspline_slam.odometry_filter import filtered_odometry
 from bspline_slam.scan import Records, increasing_times
 
 HEADER = (
@@ -32,16 +33,16 @@ class Trajectory:
     def from_scan_poses(cls, records: Records, scan_poses: Float[np.ndarray, "scans 3"]) -> Trajectory:
         """The poses of the scans, and between them odometry with its closing difference spread over the records.
 
-        Odometry is first brought in step with the scans, where they show that it lags. Without odometry the pose
-        between two scans is interpolated in time. Records before the first and after the last scan hang on that scan
+        Odometry is first filtered as the scans say that it should be read. Without odometry the pose between two scans
+        is interpolated in time. Records before the first and after the last scan hang on that scan
         by odometry. `scan_poses` may be shorter than the log has scans.
         """
         places = scan_records(records, len(scan_poses))
         poses = scan_poses[records.scan_of_record[places]]
         count = len(records.stamps)
-        if records.odometry is None:
+        odometry = filtered_odometry(records, scan_poses)
+        if odometry is None:
             return cls(records.stamps, _filled(np.zeros((count, 3)), records.times, places, poses))
-        odometry = in_step(records.odometry, odometry_lag(records, scan_poses))
         return cls(records.stamps, _filled(odometry, np.arange(count, dtype=float), places, poses))
 
     @classmethod
