@@ -22,7 +22,8 @@ class LoopConfig:
     The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted closure,
     at most to `most_reach`; beyond `wide_reach` it is searched in blocks of `wide_block` cells. A closure that would
     move the map by more than `sure_distance` or `sure_turn` waits until a second one, at most `confirm_travel` on,
-    agrees with it within `agree_distance` and `agree_turn`.
+    agrees with it within `agree_distance` and `agree_turn`. One that the finished poses still put so far off, and by
+    more than `contradiction` standard deviations, was wrong.
     """
 
     least_travel: float = 8.0
@@ -45,6 +46,7 @@ class LoopConfig:
     confirm_travel: float = 8.0
     agree_distance: float = 0.15
     agree_turn: float = np.deg2rad(3.0)
+    contradiction: float = 6.0
     kernel: float = 1.0
 
 
@@ -83,6 +85,12 @@ class Proposal:
     def j(self) -> int:
         """The later key scan."""
         return self.factor.j
+
+    def off(self, poses: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "3"], float]:
+        """Where these key poses have the later scan, seen from where the closure puts it, and how many standard
+        deviations of the closure that is."""
+        off = se2.between(self.closure.measured, se2.between(poses[self.i], poses[self.j]))
+        return off, float(np.linalg.norm(self.factor.sqrt_information @ off))
 
 
 def candidates(keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], reach: float, config: LoopConfig) -> list[int]:
@@ -175,9 +183,26 @@ class LoopCloser:
             self.closures.extend(proposal.closure for proposal in fresh)
         return fresh
 
+    def reject_contradicted(self, poses: Float[np.ndarray, "n 3"]) -> bool:
+        """Take back closures that the poses of a finished map contradict beyond doubt; whether there were any."""
+        kept: list[Proposal] = []
+        rejected: dict[tuple[int, int], LoopClosure] = {}
+        for proposal in self.accepted:
+            off, sigmas = proposal.off(poses)
+            if sigmas <= self.config.contradiction or self._expected(proposal, poses):
+                kept.append(proposal)
+                continue
+            far = f"{np.hypot(off[0], off[1]):.2f} m and {np.degrees(abs(off[2])):.1f}°"
+            reason = f"the finished map has these scans {far} from where it puts them, {sigmas:.0f} standard deviations"
+            closure = replace(proposal.closure, accepted=False, reason=reason)
+            rejected[closure.earlier, closure.scan] = closure
+        self.accepted = kept
+        self.closures = [rejected.get((one.earlier, one.scan), one) for one in self.closures]
+        return bool(rejected)
+
     def _expected(self, proposal: Proposal, poses: Float[np.ndarray, "n 3"]) -> bool:
         """Whether a closure says what the estimate says already."""
-        off = se2.between(proposal.closure.measured, se2.between(poses[proposal.i], poses[proposal.j]))
+        off, _ = proposal.off(poses)
         return bool(np.hypot(off[0], off[1]) < self.config.sure_distance and abs(off[2]) < self.config.sure_turn)
 
     def _confirm(self, proposal: Proposal, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:

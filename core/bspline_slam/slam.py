@@ -195,15 +195,20 @@ class Slam:
 
     def finish(self, progress: StageProgress = quiet, cancelled: Cancelling = never) -> Snapshot:
         """Solve the pose graph, build the map anew at its poses, adjust everything; where the first round of that may
-        change associations, build the map once more before. Raises Cancelled."""
+        change associations, build the map once more before. Loop closures that turn out to be wrong on the way are
+        taken back. Raises Cancelled."""
         progress("pose graph", 0.0, None)
         self._relax()
+        if self._closer.reject_contradicted(np.array(self._tracker.key_poses)):
+            self._relax()
         self._rebuild()
         poses = self._foreseen(cancelled)
         if self._bent(poses) > self.config.rebuild_move:
             self._tracker.move(poses)
             self._rebuild()
         splines, estimate = self._adjusted(progress, cancelled)
+        if self._closer.reject_contradicted(estimate.poses):
+            splines, estimate = self._adjusted(progress, cancelled)
         self._tracker.move(estimate.poses)
         self._estimate = estimate
         snapshot = self._snapshot(splines)
@@ -339,8 +344,14 @@ class Slam:
 
     def _snapshot(self, splines: SplineMap) -> Snapshot:
         observations = self._current_observations()
+        verdicts = {(closure.earlier, closure.scan): closure for closure in self._closer.closures}
         steps = tuple(
-            replace(step, pose=pose, associations=key.associations)
+            replace(
+                step,
+                pose=pose,
+                associations=key.associations,
+                loop_closures=tuple(verdicts[one.earlier, one.scan] for one in step.loop_closures),
+            )
             for step, pose, key in zip(self._steps, self._tracker.key_poses, observations, strict=False)
         )
         return Snapshot(

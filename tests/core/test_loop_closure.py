@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.loop_closure import LoopCloser, LoopConfig, candidates, judge, propose, window
+from bspline_slam.graph import PoseFactor
+from bspline_slam.loop_closure import (
+    LoopCloser,
+    LoopClosure,
+    LoopConfig,
+    Proposal,
+    candidates,
+    judge,
+    propose,
+    window,
+)
 from bspline_slam.scan_matching import Match, MatchingConfig, point_set
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.tracking import KeyScan, TrackingConfig
@@ -95,3 +105,39 @@ def test_verdicts(score: float, inliers: float, accepted: bool) -> None:
     verdict, reason = judge(Match(np.zeros(3), score, inliers, 0.01, np.eye(3)), LoopConfig())
     assert verdict is accepted
     assert reason
+
+
+def accepted_closure(i: int, j: int, poses: np.ndarray, off: np.ndarray) -> Proposal:
+    """A closure between key scans 10 i and 10 j that is wrong by `off` (seen from the later one), 1 cm and 3 mrad."""
+    measured, sigmas = se2.compose(se2.between(poses[i], poses[j]), off), np.array([0.01, 0.01, 0.003])
+    closure = LoopClosure(10 * i, 10 * j, measured, np.diag(sigmas**2), 0.8, 0.9, accepted=True, reason="fits")
+    return Proposal(closure, PoseFactor(i, j, measured, np.diag(1.0 / sigmas), "loop", 1.0))
+
+
+def closer_with(*proposals: Proposal) -> LoopCloser:
+    closures = [proposal.closure for proposal in proposals]
+    return LoopCloser(CONFIG, MatchingConfig(), TrackingConfig(), closures, list(proposals))
+
+
+@pytest.mark.parametrize("off", [(1.0, 0.2, 0.0), (0.0, 0.0, 0.1)])
+def test_a_closure_that_the_finished_map_contradicts_is_taken_back_and_says_why(off: tuple[float, ...]) -> None:
+    right, wrong = accepted_closure(0, 3, START, np.zeros(3)), accepted_closure(1, 4, START, np.array(off))
+    closer = closer_with(right, wrong)
+    assert closer.reject_contradicted(START)
+    assert closer.accepted == [right]
+    assert [closure.accepted for closure in closer.closures] == [True, False]
+    assert "standard deviations" in closer.closures[1].reason
+    assert not closer.reject_contradicted(START)
+
+
+@pytest.mark.parametrize("off", [(0.0, 0.0, 0.0), (0.055, 0.0, 0.0), (0.09, 0.0, 0.02)])
+def test_a_closure_that_is_merely_inexact_stays(off: tuple[float, ...]) -> None:
+    closer = closer_with(accepted_closure(0, 3, START, np.array(off)))
+    assert not closer.reject_contradicted(START)
+    assert closer.closures[0].accepted
+
+
+def test_a_closure_that_knows_little_is_not_contradicted_by_much() -> None:
+    known = accepted_closure(0, 3, START, np.array([0.5, 0.0, 0.0]))
+    vague = Proposal(known.closure, PoseFactor(0, 3, known.closure.measured, np.diag([5.0, 5.0, 5.0]), "loop", 1.0))
+    assert not closer_with(vague).reject_contradicted(START)

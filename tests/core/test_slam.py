@@ -207,6 +207,9 @@ def test_loops_of_the_office_are_closed_and_accepted_ones_are_true(office: tuple
         off = se2.between(truth, closure.measured)
         assert np.hypot(off[0], off[1]) < 0.15
     assert all(closure.reason for closure in rejected)
+    loops = [factor for factor in snapshot.pose_factors if factor.kind == "loop"]
+    ties = sorted((int(snapshot.key_scans[loop.i]), int(snapshot.key_scans[loop.j])) for loop in loops)
+    assert ties == sorted((closure.earlier, closure.scan) for closure in accepted)
 
 
 def test_direct_and_sam_agree_on_the_office(office: tuple[ScanLog, Snapshot]) -> None:
