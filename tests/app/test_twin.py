@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bspline_slam.lab.evaluation import Figures
-from bspline_slam.lab.twin_trial import TwinErrors
+from bspline_slam.lab.twin_trial import CurveErrors, TwinErrors
 from splinescope import twin_table as table
 from splinescope.__main__ import main
 
@@ -30,9 +30,10 @@ def errors(position: float, graph: float = 0.01) -> TwinErrors:
     """A trial whose errors are all the same."""
     same, other = Figures.of(np.full(3, position)), Figures.of(np.full(3, graph))
     figures = {"position": same, "heading": same, "adjusted": same, "pose_graph": other}
-    counts = {"scans": 9, "key_scans": 3, "control_points": 40, "lost": 1, "curves": 2}
-    ratios = {"chi2_per_dof": 1.0, "without_truth": 0.0, "processor_seconds": 2.0}
-    squares = {"pose_nees": np.array([3.0, 3.0]), "curve_squares": np.ones(5)}
+    counts = {"scans": 9, "key_scans": 3, "control_points": 40, "lost": 1}
+    ratios = {"chi2_per_dof": 1.0, "processor_seconds": 2.0}
+    curves = CurveErrors(np.ones(5), np.array([0, 0, 0, 2, 2]), np.array([True, False, False, False, True]), 0.0)
+    squares = {"pose_nees": np.array([3.0, 3.0]), "curves": curves}
     values: dict[str, Any] = figures | counts | ratios | squares
     assert set(values) == {field.name for field in fields(TwinErrors)}
     return TwinErrors(**values)

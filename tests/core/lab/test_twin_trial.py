@@ -53,8 +53,8 @@ def test_the_pipeline_finds_the_drive_and_the_room() -> None:
     found = errors()
     assert found.scans == 60 and 3 <= found.key_scans <= 60
     assert found.position.maximum < 0.05 and found.heading.maximum < 0.02
-    assert found.without_truth == 0.0 and found.lost == 0
-    assert len(found.pose_nees) == found.key_scans - 1 and len(found.curve_squares) >= found.curves >= 3
+    assert found.curves.without_truth == 0.0 and found.lost == 0
+    assert len(found.pose_nees) == found.key_scans and len(found.curves.squares) == len(found.curves.splines) >= 3
     assert found.improvement == pytest.approx(1 - found.adjusted.mean / found.pose_graph.mean)
 
 
@@ -67,7 +67,9 @@ def test_where_the_truth_lies_as_a_whole_does_not_matter() -> None:
     found = twin_errors(moved, replace(log, true_poses=se2.compose(move, log.true_poses)), snapshot, CONFIG, 1.5)
     assert found.position.mean == pytest.approx(errors().position.mean, abs=1e-9)
     assert np.allclose(found.pose_nees, errors().pose_nees)
-    assert np.allclose(found.curve_squares, errors().curve_squares, rtol=0.05, atol=0.01)  # other samples of the truth
+    assert np.allclose(
+        found.curves.squares, errors().curves.squares, rtol=0.05, atol=0.01
+    )  # other samples of the truth
 
 
 def test_a_map_that_is_off_shows_in_the_curves_alone() -> None:
@@ -81,8 +83,8 @@ def test_a_map_that_is_off_shows_in_the_curves_alone() -> None:
 def test_curves_that_nothing_stands_for_are_counted() -> None:
     twin, log, snapshot = estimated()
     found = twin_errors(replace(twin, curves=twin.curves[:1]), log, snapshot, CONFIG, 1.5)
-    assert 0.3 < found.without_truth < 1.0
-    assert found.curves < errors().curves
+    assert 0.3 < found.curves.without_truth < 1.0
+    assert set(found.curves.splines) < set(errors().curves.splines)
 
 
 def test_bands_narrow_with_the_number_of_trials() -> None:
@@ -104,3 +106,13 @@ def test_a_trial_is_decided_by_its_seed() -> None:
     short = room().stretch(0, 12)
     one, two, other = (run_trial(short, np.random.default_rng(seed), CONFIG) for seed in (1, 1, 2))
     assert one.position == two.position != other.position
+
+
+def test_places_at_ends_of_true_curves_can_be_left_out() -> None:
+    twin, log, snapshot = estimated()
+    halves = [c.clamped(half) for c in twin.curves for half in ((c.domain[0], 0.5), (0.5, c.domain[1]))]
+    cut = twin_errors(replace(twin, curves=tuple(halves)), log, snapshot, CONFIG, 1.5)
+    assert not errors().curves.at_end.all() and errors().curves.at_end.sum() < cut.curves.at_end.sum() < 20
+    away = curve_anees([cut], at_ends=False)
+    assert away.value == pytest.approx(cut.curves.squares[~cut.curves.at_end].mean())
+    assert curve_anees([errors()]).value == pytest.approx(curve_anees([cut]).value, rel=0.1)
