@@ -1,4 +1,4 @@
-"""A small furnished room of straight walls, and laser scans of it, for tests."""
+"""A small furnished room of straight walls and laser scans of it, and a twin with a room of curved ones, for tests."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
+from bspline_slam.bspline import BSpline, clamped_knots
+from bspline_slam.lab.simulation import OdometryModel
+from bspline_slam.lab.twin import Twin, TwinLaser
 from bspline_slam.scan import LaserScan
 
 ROOM = np.array(
@@ -57,3 +60,18 @@ def loop_path(count: int) -> Float[np.ndarray, "n 3"]:
     x, y = 3.0 + 1.9 * np.cos(angle - np.pi / 2), 2.0 + 1.2 * np.sin(angle - np.pi / 2)
     heading = np.arctan2(np.gradient(y), np.gradient(x))
     return np.stack([x, y, heading], -1)
+
+
+def twin_room() -> Twin:
+    """A drive of 5 m through a room of four curved walls."""
+    corners = np.array([[-2.0, -2.0], [6.0, -2.5], [6.5, 2.5], [-2.5, 2.0]])
+    walls = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        share = np.linspace(0.02, 0.98, 9)[:, None]
+        bulge = 0.15 * np.sin(3 * np.pi * share) * (b - a)[::-1] / np.linalg.norm(b - a) * [-1, 1]
+        walls.append(BSpline(3, clamped_knots(9), a + share * (b - a) + bulge))
+    x = np.linspace(0.0, 5.0, 60)
+    poses = np.stack([x, 0.3 * np.sin(x), np.arctan(0.3 * np.cos(x))], -1)
+    laser = TwinLaser(np.radians(np.arange(-90.0, 90.0)), 0.05, 20.0, np.zeros(3))
+    stamps = 100.0 + 0.2 * np.arange(60)
+    return Twin("twin of a room", tuple(walls), stamps, poses, np.arange(60), laser, OdometryModel())

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.calibration import scan_records
 from bspline_slam.errors import LogError
-from bspline_slam.odometry_filter import filtered_odometry
+from bspline_slam.odometry_filter import filled, filtered_odometry
 from bspline_slam.scan import Records, increasing_times
 
 HEADER = (
@@ -42,8 +42,8 @@ class Trajectory:
         count = len(records.stamps)
         odometry = filtered_odometry(records, scan_poses)
         if odometry is None:
-            return cls(records.stamps, _filled(np.zeros((count, 3)), records.times, places, poses))
-        return cls(records.stamps, _filled(odometry, np.arange(count, dtype=float), places, poses))
+            return cls(records.stamps, filled(np.zeros((count, 3)), records.times, places, poses))
+        return cls(records.stamps, filled(odometry, np.arange(count, dtype=float), places, poses))
 
     @classmethod
     def from_tum(cls, path: Path) -> Trajectory:
@@ -100,25 +100,3 @@ class Trajectory:
         between = se2.interpolate(self.poses[left], self.poses[right], (stamps - times[left]) / span)
         between[(stamps < times[0]) | (stamps > times[-1])] = np.nan
         return np.where((off <= tolerance)[:, None], self.poses[record], between)
-
-
-def _filled(
-    odometry: Float[np.ndarray, "n 3"],
-    way: Float[np.ndarray, "n"],
-    places: Int[np.ndarray, "k"],
-    poses: Float[np.ndarray, "k 3"],
-) -> Float[np.ndarray, "n 3"]:
-    """A pose for every record, given those at `places`: odometry onwards from the earlier one and back from the
-    later one, blended by the share of the way (a measure that grows with the records) gone."""
-    if len(places) == 0:
-        return odometry
-    after = np.searchsorted(places, np.arange(len(odometry)), side="left")
-    before = np.searchsorted(places, np.arange(len(odometry)), side="right") - 1
-    only_after, only_before = before < 0, after >= len(places)
-    before, after = np.maximum(before, 0), np.minimum(after, len(places) - 1)
-    onwards = se2.compose(poses[before], se2.between(odometry[places[before]], odometry))
-    back = se2.compose(poses[after], se2.between(odometry[places[after]], odometry))
-    length = way[places[after]] - way[places[before]]
-    share = np.where(length > 0, (way - way[places[before]]) / np.where(length > 0, length, 1.0), 0.0)
-    share = np.where(only_after, 1.0, np.where(only_before, 0.0, share))
-    return se2.interpolate(onwards, back, share)

@@ -9,37 +9,22 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.evaluation import Figures
-from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
-from bspline_slam.lab.twin import Twin, TwinLaser, simulate_twin
+from bspline_slam.lab.simulation import SimulatedLog
+from bspline_slam.lab.twin import Twin, simulate_twin
 from bspline_slam.lab.twin_trial import TwinErrors, aligned_errors, curve_anees, pose_anees, run_trial, twin_errors
 from bspline_slam.slam import SlamConfig, Snapshot, run_slam
 from bspline_slam.spline_map import SplineMap
+from core.rooms import twin_room
 
 CONFIG = SlamConfig()
 NOBODY = DisturbanceModel(blocked_every=0, person_every=0)
 
 
-def room() -> Twin:
-    """A drive of 5 m through a room of four curved walls."""
-    corners = np.array([[-2.0, -2.0], [6.0, -2.5], [6.5, 2.5], [-2.5, 2.0]])
-    walls = []
-    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        share = np.linspace(0.02, 0.98, 9)[:, None]
-        bulge = 0.15 * np.sin(3 * np.pi * share) * (b - a)[::-1] / np.linalg.norm(b - a) * [-1, 1]
-        walls.append(BSpline(3, clamped_knots(9), a + share * (b - a) + bulge))
-    x = np.linspace(0.0, 5.0, 60)
-    poses = np.stack([x, 0.3 * np.sin(x), np.arctan(0.3 * np.cos(x))], -1)
-    laser = TwinLaser(np.radians(np.arange(-90.0, 90.0)), 0.05, 20.0, np.zeros(3))
-    stamps = 100.0 + 0.2 * np.arange(60)
-    return Twin("twin of a room", tuple(walls), stamps, poses, np.arange(60), laser, OdometryModel())
-
-
 @cache
 def estimated() -> tuple[Twin, SimulatedLog, Snapshot]:
-    twin = room()
+    twin = twin_room()
     log = simulate_twin(twin, rng=np.random.default_rng(1), disturbances=NOBODY)
     return twin, log, run_slam(log, CONFIG).snapshot
 
@@ -103,7 +88,7 @@ def test_rigid_motion_is_no_error() -> None:
 
 
 def test_a_trial_is_decided_by_its_seed() -> None:
-    short = room().stretch(0, 12)
+    short = twin_room().stretch(0, 12)
     one, two, other = (run_trial(short, np.random.default_rng(seed), CONFIG) for seed in (1, 1, 2))
     assert one.position == two.position != other.position
 
