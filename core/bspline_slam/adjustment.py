@@ -192,6 +192,10 @@ def _bends(curves: FlatCurves, config: AdjustmentConfig) -> Iterator[ShapePrior]
         yield ShapePrior(i, row, np.zeros(2))
 
 
+NOTHING_SAID = 1e-6
+"""Information (1/m², 1/rad²) along a direction that neither a match nor any spline speaks of."""
+
+
 def _remaining_factors(
     factors: Sequence[PoseFactor],
     poses: Float[np.ndarray, "n 3"],
@@ -211,8 +215,8 @@ def _remaining_factors(
     roots = np.array([factor.sqrt_information for factor in matched])
     known = roots.swapaxes(1, 2) @ roots
     told = _told_by_splines(poses, sights, feet, config, fitting)[[factor.j for factor in matched]]
-    share = config.explained_weight
-    left = iter(square_root(share * known + (1.0 - share) * known @ np.linalg.solve(known + told, known)))
+    share, all_told = config.explained_weight, known + told + NOTHING_SAID * np.eye(3)
+    left = iter(square_root(share * known + (1.0 - share) * known @ np.linalg.solve(all_told, known)))
     return tuple(f if f.kind == "odometry" else replace(f, sqrt_information=next(left)) for f in factors)
 
 

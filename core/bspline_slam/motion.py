@@ -3,6 +3,7 @@ it fits; else the motion so far."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,9 +16,10 @@ from bspline_slam import se2
 class MotionConfig:
     """Noise that odometry starts with, per step (m and rad; shares of distance and turn), and how bias is learnt.
 
-    `guess_…` is the noise of a step that no odometry tells of, and `momentum` how much of the motion before it goes on
-    in it. `trust` is the weight, in squared metres or radians of motion, of the belief that odometry has no bias;
-    `distrust` that where it was found not to fit; `memory` the share of what was learnt that survives a key step.
+    `guess_…` is the noise of a step that no odometry tells of, `momentum` how much of the turn before it goes on in it,
+    and `late_steps` how many steps tell how far the robot usually goes. `trust` is the weight, in squared metres or
+    radians of motion, of the belief that odometry has no bias; `distrust` that where it was found not to fit; `memory`
+    the share of what was learnt that survives a key step.
 
     Odometry is judged whenever the robot has moved by `judged_distance` or `judged_turn`: it fits as long as no more
     than `most_unexplained` of the squared motion of late is left unexplained, and again when that is `convincing`;
@@ -33,6 +35,7 @@ class MotionConfig:
     guess_position: float = 0.15
     guess_heading: float = 0.3
     momentum: float = 0.5
+    late_steps: int = 15
     trust: float = 0.3
     distrust: float = 0.01
     memory: float = 0.995
@@ -146,14 +149,27 @@ def _squares(
 
 def guesses(
     wheels: tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]] | None,
-    last_step: Float[np.ndarray, "3"],
+    late: Sequence[Float[np.ndarray, "3"]],
     config: MotionConfig,
     *,
     believed: bool,
 ) -> tuple[Float[np.ndarray, "3"], ...]:
-    """Steps worth trying, the most trusted first: `wheels` (odometry calibrated and raw), the motion before, damped
-    and going on, and standing still; odometry last where it is not to be believed."""
-    plain = (config.momentum * last_step, last_step, se2.IDENTITY)
+    """Steps worth trying, the most trusted first: `wheels` (odometry calibrated and raw), the usual way of the `late`
+    steps with and without a turn, the last of them, and standing still; odometry last where it is not to be
+    believed."""
+    way = usual_way(late)
+    turn = late[-1][2] if late else 0.0
+    plain = (np.array([*way, config.momentum * turn]), *late[-1:], np.array([*way, 0.0]), se2.IDENTITY)
     if wheels is None:
         return plain
     return (*wheels, *plain[1:]) if believed else (*plain, *wheels)
+
+
+def usual_way(late: Sequence[Float[np.ndarray, "3"]]) -> Float[np.ndarray, "2"]:
+    """How far, and where to, a robot usually goes in a step: the median of its longer ones, which are at least half as
+    long as the longest, for it may have stopped to turn."""
+    if not late:
+        return np.zeros(2)
+    ways = np.array(late)[:, :2]
+    length = np.hypot(*ways.T)
+    return np.median(ways[length >= 0.5 * length.max()], axis=0)

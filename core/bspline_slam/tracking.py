@@ -3,6 +3,7 @@ key scan."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -51,8 +52,8 @@ class TrackingConfig:
     somebody may stand before the laser, which fits anywhere: then a scan is lost too where odometry is believed, else
     `good_score` is asked for, and nothing is ever matched to a scan that has it not.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
-    matches share their errors. A key scan that nothing ties to the one before, neither beams nor odometry, lies within
-    `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled.
+    matches share their errors. A key scan that neither beams nor odometry tie to the one before, in any direction, lies
+    within `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled.
     """
 
     distance: float = 0.5
@@ -79,6 +80,10 @@ class TrackingConfig:
     lost_travel: float = 10.0
 
 
+MARGIN = 0.05
+"""By so much (correlation) a less likely guess must do better than a more likely one."""
+ALIKE = 0.25
+"""Search windows that lie apart by less than this share of their reach find the same."""
 NOTHING = PointSet(np.zeros((0, 2)), np.zeros((0, 2)))
 """What a blocked scan shows of the world."""
 
@@ -130,7 +135,7 @@ class Tracker:
     _ranges: Float[np.ndarray, "beams"] = field(default_factory=lambda: np.zeros(0))
     _odometry: Float[np.ndarray, "3"] | None = None
     _key_odometry: Float[np.ndarray, "3"] | None = None
-    _last_step: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
+    _late: list[Float[np.ndarray, "3"]] = field(default_factory=list)
     _target: Target | None = None
     _surroundings: Surroundings | None = None
 
@@ -152,7 +157,7 @@ class Tracker:
         wheels = None if odometry is None or self._odometry is None else se2.between(self._odometry, odometry)
         believed = wheels is not None and self.unexplained.fits
         steps = None if wheels is None else (self._unbiased @ wheels, wheels)
-        tries = guesses(steps, self._last_step, self.motion, believed=believed)
+        tries = guesses(steps, self._late, self.motion, believed=believed)
         predicted = se2.compose(previous, tries[0])
         if wheels is not None and believed and self._still(wheels) and self._unchanged(scan):
             self.anchors.append((len(self.keys) - 1, se2.between(self.key_poses[-1], predicted)))
@@ -169,7 +174,7 @@ class Tracker:
             match = self._searched(points, previous, tries, information, unknown=not believed)
             lost = lost or match.score < (self.config.good_score if near else self.config.lost_score)
         pose = predicted if lost else match.pose
-        self._last_step = se2.between(previous, pose)
+        self._late = [*self._late, se2.between(previous, pose)][-self.motion.late_steps :]
         key = key or self._is_key(pose)
         if key:
             self._insert(scan, NOTHING if near and lost else points, pose, odometry, None if lost else match)
@@ -292,16 +297,16 @@ class Tracker:
         place, config, good = self._surroundings, self.matching, self.config.good_score
         reach, turn = (config.wide_reach, config.wide_turn) if unknown else (config.reach, config.turn)
         best, guess, best_score = previous, previous, -1.0
-        for step in tries:
+        for step in apart(tries, reach, turn):
             start = se2.compose(previous, step)
             found, score = search(place.field, points, start, config, reach, turn)
-            if score > best_score + 0.02:
+            if score > best_score + MARGIN:
                 best, guess, best_score = found, start, score
             if best_score > good and not unknown:
                 break
         if unknown and best_score < good:
             found, score = search(place.field, points, previous, config, config.widest_reach, config.widest_turn)
-            best, best_score = (found, score) if score > good else (best, best_score)
+            best, best_score = (found, score) if score > best_score + 2.0 * MARGIN else (best, best_score)
         held = best if unknown else guess
         return settle(place, points, best, best_score, config, held, turned(information, best[2]))
 
@@ -334,8 +339,8 @@ class Tracker:
     def _factors(
         self, moved: Float[np.ndarray, "3"], wheels: Float[np.ndarray, "3"] | None, match: Match | None
     ) -> list[PoseFactor]:
-        """What wheels and beams each say about the step from the last key scan, wheels as long as they fit; next to
-        nothing where neither speaks."""
+        """What wheels and beams each say about the step from the last key scan, wheels as long as they fit; where
+        beams leave it open and wheels do not speak, only that it was a step."""
         i, j = len(self.keys) - 1, len(self.keys)
         out = []
         if wheels is not None and self.unexplained.fits:
@@ -343,10 +348,23 @@ class Tracker:
             information = step_information(step, self.motion)
             if match is None or surprise(se2.between(step, moved), information) < self.config.wheel_gate:
                 out.append(PoseFactor(i, j, step, square_root(information), "odometry"))
+        told = np.zeros((3, 3)) if match is None else matched_information(match, self.config)
         if match is not None:
-            root = square_root(matched_information(match, self.config))
-            out.append(PoseFactor(i, j, moved, root, "matching"))
-        return out or [PoseFactor(i, j, moved, np.diag(1.0 / np.array(self.config.lost_step)), "odometry")]
+            out.append(PoseFactor(i, j, moved, square_root(told), "matching"))
+        least = np.diag(1.0 / np.square(self.config.lost_step))
+        if not (out and out[0].kind == "odometry") and np.linalg.eigvalsh(told - least)[0] < 0.0:
+            out.insert(0, PoseFactor(i, j, moved, square_root(least), "odometry"))
+        return out
+
+
+def apart(steps: Sequence[Float[np.ndarray, "3"]], reach: float, turn: float) -> list[Float[np.ndarray, "3"]]:
+    """Only those steps whose search windows are not much the same as that of an earlier one."""
+    chosen: list[Float[np.ndarray, "3"]] = []
+    for step in steps:
+        off = [np.abs(step - other) / (reach, reach, turn) for other in chosen]
+        if all(away.max() > ALIKE for away in off):
+            chosen.append(step)
+    return chosen
 
 
 def turned(information: Float[np.ndarray, "3 3"], heading: float) -> Float[np.ndarray, "3 3"]:

@@ -43,18 +43,23 @@ def test_longer_and_sharper_steps_are_less_certain() -> None:
     assert (short > np.diag(step_information(np.array([0.1, 0.0, 1.0]), config))).all()
 
 
-def test_without_odometry_the_motion_before_is_tried_damped_first() -> None:
-    last, config = np.array([0.2, 0.0, 0.1]), MotionConfig()
-    tries = guesses(None, last, config, believed=False)
-    np.testing.assert_array_equal(tries[0], config.momentum * last)
-    np.testing.assert_array_equal(tries[1], last)
+def test_without_odometry_a_robot_is_taken_to_go_on_as_far_as_usual_and_to_stop_turning() -> None:
+    late = [np.array([0.5, 0.0, 0.0])] * 4 + [np.array([0.0, 0.0, 0.6])] * 2 + [np.array([0.4, 0.02, -0.2])]
+    config = MotionConfig()
+    tries = guesses(None, late, config, believed=False)
+    np.testing.assert_allclose(tries[0], [0.5, 0.0, -0.2 * config.momentum])
+    assert any(np.array_equal(step, late[-1]) for step in tries)
     np.testing.assert_array_equal(tries[-1], se2.IDENTITY)
 
 
+def test_nothing_is_known_of_the_first_step() -> None:
+    np.testing.assert_array_equal(np.array(guesses(None, [], MotionConfig(), believed=False)), 0.0)
+
+
 def test_odometry_comes_last_where_it_is_not_believed() -> None:
-    wheels, last = np.array([0.3, 0.0, 0.0]), np.array([0.2, 0.0, 0.1])
+    wheels, late = np.array([0.3, 0.0, 0.0]), [np.array([0.2, 0.0, 0.1])]
     first, second = (
-        guesses((1.1 * wheels, wheels), last, MotionConfig(), believed=believed) for believed in (True, False)
+        guesses((1.1 * wheels, wheels), late, MotionConfig(), believed=believed) for believed in (True, False)
     )
     np.testing.assert_array_equal(first[0], 1.1 * wheels)
     np.testing.assert_array_equal(second[-1], wheels)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,7 +22,7 @@ from bspline_slam.scan_matching import (
     surroundings,
 )
 from bspline_slam.segmentation import SegmentationConfig
-from core.rooms import room_scan
+from core.rooms import ROOM, room_scan
 
 CONFIG = MatchingConfig()
 HERE = np.array([2.0, 1.8, 0.6])
@@ -129,3 +131,48 @@ def test_a_scan_without_beams_matches_nothing() -> None:
     found, score = search(PLACE.field, nothing, HERE, CONFIG, 0.4, 0.2)
     assert score == 0.0
     assert settle(PLACE, nothing, found, score, CONFIG).inliers == 0.0
+
+
+SPARSE = 136
+"""Beams of a laser that meets the far walls of its room half a metre apart."""
+
+
+def seen_sparsely(pose: np.ndarray, seed: int) -> PointSet:
+    scan = room_scan(pose, np.random.default_rng(seed), walls=5.0 * ROOM, beams=SPARSE)
+    return point_set(replace(scan, range_max=60.0), CONFIG, SegmentationConfig())
+
+
+def test_walls_go_on_between_beams_that_meet_them_far_apart() -> None:
+    points = seen_sparsely(np.array([9.0, 7.0, 0.4]), 1)
+    filled = gather([points], np.zeros((1, 3))).points
+    assert len(filled) > 2 * len(points.points)
+    starts = 5.0 * ROOM[:, 0]
+    along = 5.0 * ROOM[:, 1] - starts
+    unit = along / np.linalg.norm(along, axis=1)[:, None]
+    off_start = se2.transform(np.array([9.0, 7.0, 0.4]), filled)[:, None] - starts
+    across = np.abs(off_start[..., 0] * unit[:, 1] - off_start[..., 1] * unit[:, 0])
+    assert across.min(axis=1).max() < 0.06
+
+
+def test_a_scan_of_far_walls_is_not_drawn_to_where_beams_ended_before() -> None:
+    before, after = np.array([9.0, 7.0, 0.4]), np.array([9.11, 7.05, 0.4])
+    place = surroundings(gather([seen_sparsely(before, 1)], before[None]), CONFIG)
+    found, score = search(place.field, seen_sparsely(after, 2), before, CONFIG, CONFIG.reach, CONFIG.turn)
+    distance, turn = off(found, after)
+    assert distance < 0.08
+    assert turn < 0.01
+    assert score > 0.7
+
+
+def test_nothing_is_made_up_between_surfaces() -> None:
+    """Two walls in line with a door between them, and a corner."""
+    wall = np.column_stack([np.arange(0.0, 3.0, 0.3), np.full(10, 2.0)])
+    beyond = wall + np.array([4.2, 0.0])
+    side = np.column_stack([np.full(10, 7.4), 1.5 - np.arange(0.0, 3.0, 0.3)])
+    points = np.concatenate([wall, beyond, side])
+    normals = np.concatenate([np.tile([0.0, -1.0], (20, 1)), np.tile([-1.0, 0.0], (10, 1))])
+    filled = gather([PointSet(points, normals)], np.zeros((1, 3))).points
+    along = filled[filled[:, 1] == 2.0][:, 0]
+    assert not ((along > 2.71) & (along < 4.19)).any()
+    assert np.diff(np.sort(along[(along > 0.29) & (along < 2.41)])).max() < 0.11
+    assert not ((filled[:, 0] > 6.91) & (filled[:, 0] < 7.39)).any()

@@ -205,7 +205,9 @@ def test_loops_of_the_office_are_closed_and_accepted_ones_are_true(office: tuple
     for closure in accepted:
         truth = se2.between(log.truth[closure.earlier], log.truth[closure.scan])
         off = se2.between(truth, closure.measured)
-        assert np.hypot(off[0], off[1]) < 0.15
+        assert off @ np.linalg.solve(closure.covariance, off) < 2.0**2
+        known = np.sqrt(np.diag(closure.covariance)) < 0.05
+        assert np.abs(off[known]).max(initial=0.0) < 0.05
     assert all(closure.reason for closure in rejected)
     loops = [factor for factor in snapshot.pose_factors if factor.kind == "loop"]
     ties = sorted((int(snapshot.key_scans[loop.i]), int(snapshot.key_scans[loop.j])) for loop in loops)

@@ -7,6 +7,9 @@ from numba import njit
 
 STILL = 1e-5
 """A step of Gauss–Newton below this (m and rad) changes nothing that anybody could see."""
+FILLED, FLAT, LEAP = 0.1, 0.1, 1.6
+"""Points on a surface are never farther apart than this (m), where it is flat (sine of an angle) and the gap between
+beams is no leap (ratio)."""
 
 
 @njit(cache=True)
@@ -165,26 +168,67 @@ def bucket_points(points, origin, shape, cell):
 def gather(points, normals, sizes, poses, cell):
     """Points and normals of several scans, `sizes[k]` from each, put into the world and sorted by square buckets.
 
-    Returns them with the start of each bucket, the corner of the first one, and how many rows and columns there are.
+    Where beams meet a flat surface far apart, there are points between them too: see `between`. Returns all with the
+    start of each bucket, the corner of the first one, and how many rows and columns there are.
     """
-    n = len(points)
+    more = between(points, normals, sizes)
+    n = len(points) + more.sum()
     placed, across = np.empty((n, 2)), np.empty((n, 2))
-    k = 0
+    k = first = 0
     for one in range(len(sizes)):
         x, y = poses[one, 0], poses[one, 1]
         c, s = math.cos(poses[one, 2]), math.sin(poses[one, 2])
-        for _ in range(sizes[one]):
-            placed[k, 0] = x + c * points[k, 0] - s * points[k, 1]
-            placed[k, 1] = y + s * points[k, 0] + c * points[k, 1]
-            across[k, 0] = c * normals[k, 0] - s * normals[k, 1]
-            across[k, 1] = s * normals[k, 0] + c * normals[k, 1]
-            k += 1
+        for p in range(first, first + sizes[one]):
+            for step in range(more[p] + 1):
+                share = step / (more[p] + 1)
+                q = p + 1 if step else p
+                px = points[p, 0] + share * (points[q, 0] - points[p, 0])
+                py = points[p, 1] + share * (points[q, 1] - points[p, 1])
+                placed[k, 0] = x + c * px - s * py
+                placed[k, 1] = y + s * px + c * py
+                across[k, 0] = c * normals[p, 0] - s * normals[p, 1]
+                across[k, 1] = s * normals[p, 0] + c * normals[p, 1]
+                k += 1
+        first += sizes[one]
     origin = np.array([placed[:, 0].min() - cell, placed[:, 1].min() - cell])
     shape = np.empty(2, np.int64)
     for d in range(2):
         shape[d] = int(math.ceil((placed[:, d].max() - origin[d]) / cell)) + 1
     start, order = bucket_points(placed, origin, shape, cell)
     return placed[order], across[order], start, origin, shape
+
+
+@njit(cache=True)
+def between(points, normals, sizes):
+    """How many points FILLED apart fit between each point and the next on the same flat surface; 0 where the surface
+    may end.
+
+    It goes on where the way to the next point is at right angles to both normals and not longer than LEAP times that
+    to the neighbours on both sides.
+    """
+    out = np.zeros(len(points), np.int64)
+    first = 0
+    for size in sizes:
+        last = first + size - 1
+        for k in range(first + 1, last - 1):
+            dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
+            gap = math.sqrt(dx * dx + dy * dy)
+            if gap <= FILLED:
+                continue
+            off = max(
+                abs(normals[k, 0] * dx + normals[k, 1] * dy), abs(normals[k + 1, 0] * dx + normals[k + 1, 1] * dy)
+            )
+            bare = (normals[k, 0] == 0.0 and normals[k, 1] == 0.0) or (
+                normals[k + 1, 0] == 0.0 and normals[k + 1, 1] == 0.0
+            )
+            if bare or off > FLAT * gap:
+                continue
+            before = math.hypot(points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1])
+            after = math.hypot(points[k + 2, 0] - points[k + 1, 0], points[k + 2, 1] - points[k + 1, 1])
+            if gap <= LEAP * max(before, after):
+                out[k] = int(gap / FILLED)
+        first += size
+    return out
 
 
 @njit(cache=True)
