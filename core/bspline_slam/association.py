@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from bspline_slam.kernels import explaining
 from bspline_slam.relation import Relation
@@ -94,11 +94,9 @@ class Explanation:
     t: Float[np.ndarray, "m K"]
     across: Float[np.ndarray, "m K"]
 
-    def of(self, spline: int) -> tuple[Bool[np.ndarray, "m"], Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
-        """Which points `spline` explains, with parameter and distance (0 where it does not)."""
-        hit = self.spline == spline
-        explained = hit.any(1)
-        return explained, np.where(hit, self.t, 0.0).sum(1), np.where(hit, self.across, 0.0).sum(1)
+    def reach_of(self, spline: int, a: int, b: int) -> tuple[float, float]:
+        """Least and largest parameter of `spline` at points a … b − 1, NaN where it explains none of them."""
+        return explaining.reached(self.spline, self.t, a, b, spline)
 
     def part(self, a: int, b: int) -> Explanation:
         """Points a … b − 1."""
@@ -127,12 +125,7 @@ HOLE = 1
 """So many unexplained points in a row do not end a stretch."""
 
 
-def candidates_of(seen: Explanation) -> tuple[Candidate, ...]:
-    """All splines near a piece, those that explain most of it first, ties by distance."""
-    count = len(seen.spline)
-    found = explaining.tally(seen.spline, seen.across, 0, count)
-    out = [
-        Candidate(spline, (squares / hits) ** 0.5, hits / count)
-        for spline, hits, squares in zip(*(column.tolist() for column in found), strict=True)
-    ]
-    return tuple(sorted(out, key=lambda c: (-round(c.overlap, 1), c.distance)))
+def candidates_of(seen: Explanation, a: int, b: int) -> tuple[Candidate, ...]:
+    """All splines near points a … b − 1, those that explain most of them first, ties by distance."""
+    found = explaining.candidates(seen.spline, seen.across, a, b)
+    return tuple(map(Candidate, *(column.tolist() for column in found)))

@@ -13,8 +13,6 @@ from bspline_slam import se2
 from bspline_slam.errors import GeometryError
 from bspline_slam.kernels import basis as kernels
 
-QUARTERS = np.arange(4) / 4
-
 
 def clamped_knots(count: int, degree: int = 3) -> Float[np.ndarray, "knots"]:
     """Clamped uniform knot vector on [0, 1] for `count` control points (paper, section 2.1)."""
@@ -83,9 +81,8 @@ class BSpline:
 
     def __call__(self, t: Float[np.ndarray, "m"], derivative: int = 0) -> Float[np.ndarray, "m 2"]:
         """Points of the curve at t (or its `derivative`-th derivative by t)."""
-        first, values = basis_rows(self.knots, self.degree, np.atleast_1d(t), derivative)
-        index = first[:, None] + np.arange(self.degree + 1)
-        return np.einsum("mk,mkd->md", values, self.control_points[index])
+        t = np.atleast_1d(np.asarray(t, dtype=float))
+        return kernels.curve_points(self.knots, self.degree, self.control_points, t, derivative)
 
     def basis(self, t: Float[np.ndarray, "m"], derivative: int = 0) -> Float[np.ndarray, "m n"]:
         """Collocation matrix B_ji = β_i(t_j) (paper, eq. 7)."""
@@ -111,13 +108,15 @@ class BSpline:
         self, spacing: float, span: tuple[float, float] | None = None
     ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
         """Parameters and points at most about `spacing` metres apart, over the domain or a part of it."""
-        a, b = span or self.domain
-        breaks = np.unique(np.clip(self.knots, a, b))
-        coarse = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * QUARTERS).ravel(), b)
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self(coarse), axis=0), axis=1))])
-        wanted = np.linspace(0.0, length[-1], max(int(np.ceil(length[-1] / spacing)), 1) + 1)
-        t = np.interp(wanted, length, coarse)
-        return t, self(t)
+        t, points, _ = self.sample_with_normals(spacing, span)
+        return t, points
+
+    def sample_with_normals(
+        self, spacing: float, span: tuple[float, float] | None = None
+    ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"], Float[np.ndarray, "s 2"]]:
+        """The same with unit normals, the tangent turned left."""
+        low, high = span or self.domain
+        return kernels.samples(self.knots, self.degree, self.control_points, float(low), float(high), spacing)
 
     def length(self, span: tuple[float, float] | None = None) -> float:
         """Arc length (m)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.bspline import BSpline, clamped_knots, uniform_knots
+from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.errors import GeometryError
 from bspline_slam.kernels import fitting as kernels
 from bspline_slam.kernels.basis import basis_rows
@@ -45,7 +45,7 @@ def chord_length_parameters(points: Float[np.ndarray, "m 2"]) -> Float[np.ndarra
 
 def cumulated_chords(points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
     """Length of the polygon from the first point to each point (m)."""
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return kernels.cumulated_chords(points)
 
 
 def beam_covariances(
@@ -117,10 +117,8 @@ def fit_foot_points(points: Float[np.ndarray, "m 2"], start: Fit, config: Fittin
 
 def uniform_through(points: Float[np.ndarray, "m 2"], config: FittingConfig) -> BSpline:
     """A map curve through ordered points: uniform knots of the configured spacing, parameter = arc length from 0."""
-    length = cumulated_chords(points)
-    pieces = max(int(np.ceil(length[-1] / config.spacing)), 1)
-    knots = uniform_knots(0.0, config.spacing, pieces + config.degree, config.degree)
-    return curve_through(points, length, knots, config)
+    stiffness = config.range_noise / config.stiffness
+    return BSpline(config.degree, *kernels.uniform_curve(points, config.spacing, config.degree, stiffness))
 
 
 def curve_through(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import nnls
 
 from bspline_slam import se2
 from bspline_slam.models.protocol import Model
@@ -48,9 +47,20 @@ def laser_noise(
         rows = np.stack([along[near] ** 2, aside[near] ** 2], -1) * weight[:, None]
         seen = across[near] ** 2 / left * weight
         scale = np.sqrt(np.square(rows).sum(0))
-        found, _ = nnls((rows / scale).T @ (rows / scale), (rows / scale).T @ seen)
+        found = _not_negative((rows / scale).T @ (rows / scale), (rows / scale).T @ seen)
         variance = np.maximum(found / scale, (LEAST_RANGE_NOISE**2, LEAST_BEARING_NOISE**2))
     return float(np.sqrt(variance[0])), float(np.sqrt(variance[1]))
+
+
+def _not_negative(A: Float[np.ndarray, "2 2"], b: Float[np.ndarray, "2"]) -> Float[np.ndarray, "2"]:
+    """The x ≥ 0 with the least xᵀAx/2 − bᵀx, A positive semidefinite: inside where both are positive, else on that axis
+    where it is least."""
+    inside = np.linalg.lstsq(A, b)[0]
+    if (inside >= 0.0).all():
+        return inside
+    alone = np.maximum(b, 0.0) / np.maximum(np.diag(A), 1e-300)
+    better = int(alone[1] * b[1] > alone[0] * b[0])
+    return np.where(np.arange(2) == better, alone, 0.0)
 
 
 def calibrated(model: Model, splines: SplineMap, sights: Sights, feet: Feet, poses: Float[np.ndarray, "n 3"]) -> Model:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,14 +14,17 @@ from bspline_slam import se2
 from bspline_slam.backends.protocol import Cancelling, never
 from bspline_slam.calibration import scan_records
 from bspline_slam.errors import Cancelled
+from bspline_slam.kernels import placing as kernels
 from bspline_slam.odometry_filter import filled, filtered_odometry
-from bspline_slam.scan import Records, ScanLog
-from bspline_slam.scan_matching import MatchingConfig, Target, point_set, refine, target
+from bspline_slam.scan import LaserScan, Records, ScanLog
+from bspline_slam.scan_matching import MatchingConfig, Target, surface_arguments, target
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.spline_map import SplineMap
 
 LEAST_ERROR = np.array([0.005, 0.005, 0.005])
 """Odometry between key scans is never known better than this (m, m, rad)."""
+THREADS, TOGETHER = 2, 64
+"""Threads that place scans, so many at a time; each scan for itself, so that nothing hangs on how fast they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +47,8 @@ class LocalisationConfig:
 
 def curve_target(splines: SplineMap, spacing: float) -> Target:
     """All curves of a map, sampled with their normals."""
-    points, normals = [np.zeros((0, 2))], [np.zeros((0, 2))]
-    for spline in splines:
-        t, samples = spline.sample(spacing)
-        points.append(samples)
-        normals.append(spline.curve.normals(t))
+    sampled = [spline.curve.sample_with_normals(spacing, spline.span) for spline in splines]
+    points, normals = ([np.zeros((0, 2)), *(one[column] for one in sampled)] for column in (1, 2))
     return target(np.concatenate(points), np.concatenate(normals))
 
 
@@ -65,25 +67,59 @@ def place_on_curves(
     if len(splines) == 0:
         return poses
     curves = curve_target(splines, config.spacing)
-    information = np.diag([config.position**-2, config.position**-2, config.heading**-2])
     placed = poses.copy()
     between = np.setdiff1d(np.arange(len(poses)), key_scans)
     elsewhere = surprising(log.records, poses, key_scans, config.surprise)
-    for k, scan in enumerate(between.tolist()):
-        if cancelled():
-            raise Cancelled("cancelled while the scans between key scans were placed")
-        points = point_set(log[scan], matching, segmentation)
-        match = refine(curves, points, poses[scan], matching, prior_information=information, gates=config.gates)
-        if scan in elsewhere:
-            told = elsewhere[scan]
-            other = refine(curves, points, told, matching, prior_information=information, gates=config.gates)
-            if match.inliers < max(other.inliers + config.better, config.least_inliers):
-                match, placed[scan] = other, told
-        if match.inliers >= config.least_inliers:
-            placed[scan] = match.pose
-        if k % 100 == 0:
-            progress(k / len(between))
+    put = _Placing(curves, poses, elsewhere, config, matching, segmentation)
+    with ThreadPoolExecutor(THREADS, "placing") as pool:
+        begun: deque[Future[dict[int, Float[np.ndarray, "3"]]]] = deque()
+        for first in range(0, len(between), TOGETHER):
+            if cancelled():
+                raise Cancelled("cancelled while the scans between key scans were placed")
+            begun.append(pool.submit(put.all, [log[scan] for scan in between[first : first + TOGETHER].tolist()]))
+            while len(begun) > (THREADS if first + TOGETHER < len(between) else 0):
+                for scan, pose in begun.popleft().result().items():
+                    placed[scan] = pose
+            progress(first / len(between))
     return placed
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Placing:
+    """What it takes to put scans on curves, from their `poses` or from where odometry has them (`elsewhere`)."""
+
+    curves: Target
+    poses: Float[np.ndarray, "scans 3"]
+    elsewhere: Mapping[int, Float[np.ndarray, "3"]]
+    config: LocalisationConfig
+    matching: MatchingConfig
+    segmentation: SegmentationConfig
+
+    def all(self, scans: Sequence[LaserScan]) -> dict[int, Float[np.ndarray, "3"]]:
+        """Where each scan lies, for the most part without the lock of the interpreter."""
+        return {scan.index: self.one(scan) for scan in scans}
+
+    def one(self, scan: LaserScan) -> Float[np.ndarray, "3"]:
+        """The better of the places that it is refined to; where it began, if too little of it lies on curves there."""
+        start, least = self.poses[scan.index], self.config.least_inliers
+        pose, inliers = self.refined(scan, start)
+        if scan.index in self.elsewhere:
+            told = self.elsewhere[scan.index]
+            other, others = self.refined(scan, told)
+            if inliers < max(others + self.config.better, least):
+                start, pose, inliers = told, other, others
+        return pose if inliers >= least else start
+
+    def refined(self, scan: LaserScan, start: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], float]:
+        """The pose on curves nearest to `start`, and the share of beams that lie on them."""
+        c = self.config
+        information = np.diag([c.position**-2, c.position**-2, c.heading**-2])
+        beams, limits = surface_arguments(scan, self.matching, self.segmentation)
+        pose, inliers = kernels.place(
+            beams, limits, self.curves.arguments, start, information, self.matching.sigma, np.array(c.gates),
+            self.matching.inlier_gate,
+        )  # fmt: skip
+        return np.append(pose[:2], se2.wrap(pose[2])), inliers
 
 
 def surprising(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.graph import PoseFactor, square_root
-from bspline_slam.scan_matching import Match, MatchingConfig, gather, search, settle, surroundings
+from bspline_slam.scan_matching import Match, MatchingConfig, find, gather, search, settle, surroundings
 from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 
 
@@ -124,15 +125,18 @@ def propose(
     matching: MatchingConfig,
     tracking: TrackingConfig,
 ) -> Proposal:
-    """Match the last key scan to the surroundings of key scan i and judge the result."""
+    """Match the last key scan to the surroundings of key scan i and judge the result. By ICP too where the correlation
+    is high and yet few beams lie on the map, for then it was the refinement that went astray."""
     j = len(keys) - 1
     reach, turn = window(travelled, config)
     first, last = max(i - config.half_width, 0), min(i + config.half_width + 1, j)
-    target = gather([key.points for key in keys[first:last]], poses[first:last])
     block = config.wide_block if reach > config.wide_reach else matching.block
-    place = surroundings(target, matching, block)
-    found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
-    match = settle(place, keys[j].points, found, score, matching)
+    places = [key.points for key in keys[first:last]]
+    match = find(places, poses[first:last], keys[j].points, poses[j], matching, reach, turn, block)
+    if match.score >= config.least_score and match.inliers < config.least_inliers:
+        place = surroundings(gather(places, poses[first:last]), matching, block)
+        found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
+        match = settle(place, keys[j].points, found, score, matching)
     accepted, reason = judge(match, config)
     information = matched_information(match, tracking) + 1e-6 * np.eye(3)
     measured = se2.between(poses[i], match.pose)
@@ -153,7 +157,12 @@ def judge(match: Match, config: LoopConfig) -> tuple[bool, str]:
 
 @dataclass
 class LoopCloser:
-    """State of loop closing: every proposal with its verdict, and those that wait for a second opinion."""
+    """State of loop closing: every proposal with its verdict, those that wait for a second opinion, and those that are
+    being made.
+
+    A key scan is compared in a thread of its own, while the scans up to the next one are read. The verdict waits for
+    that next one, so that nothing hangs on how fast the thread is.
+    """
 
     config: LoopConfig
     matching: MatchingConfig
@@ -162,23 +171,36 @@ class LoopCloser:
     accepted: list[Proposal] = field(default_factory=list)
     waiting: list[Proposal] = field(default_factory=list)
     closed_at: float = 0.0
+    _asked: Future[list[Proposal]] | None = None
+    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1, "loop closing"))
 
-    def look(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
-        """Compare the last key scan with earlier places; returns the newly accepted closures."""
+    def look(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> None:
+        """Begin to compare the last key scan with earlier places."""
         travelled = keys[-1].travel - self.closed_at
         reach, _ = window(travelled, self.config)
+        places = candidates(keys, poses, reach, self.config)
+        if places:
+            self._asked = self._pool.submit(self._proposals, list(keys), poses, places, travelled)
+
+    def _proposals(
+        self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], places: Sequence[int], travelled: float
+    ) -> list[Proposal]:
+        return [propose(keys, poses, i, travelled, self.config, self.matching, self.tracking) for i in places]
+
+    def found(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
+        """The closures newly accepted of what was last looked at, now that the key scans are at these poses."""
         fresh: list[Proposal] = []
-        for i in candidates(keys, poses, reach, self.config):
-            proposal = propose(keys, poses, i, travelled, self.config, self.matching, self.tracking)
+        for proposal in self._asked.result() if self._asked is not None else ():
             if not proposal.closure.accepted:
                 self.closures.append(proposal.closure)
             elif self._expected(proposal, poses):
                 fresh.append(proposal)
             else:
                 fresh.extend(self._confirm(proposal, keys, poses))
+        self._asked = None
         self._forget(keys)
         if fresh:
-            self.closed_at = keys[-1].travel
+            self.closed_at = keys[fresh[-1].j].travel
             self.accepted.extend(fresh)
             self.closures.extend(proposal.closure for proposal in fresh)
         return fresh

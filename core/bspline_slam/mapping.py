@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,26 +22,23 @@ from bspline_slam.association import (
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import cumulated_chords
 from bspline_slam.growth import largest_distance, left_normals, smooth_cuts, sparse_cuts
-from bspline_slam.kernels import matching as kernels
 from bspline_slam.models.protocol import Model, Sight
 from bspline_slam.relation import Relation
+from bspline_slam.samples import Samples
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 SAMPLE_SPACING = 0.05
-BUCKET = 0.3
 CENTRE = np.zeros(2)
 
 
 @dataclass(eq=False, slots=True)
-class _Sampled:
-    """A spline with its cached samples, and the key scans that saw it (by scan index)."""
+class _Held:
+    """A spline with samples of it, and the key scans that saw it (by scan index), which count as its observations."""
 
     spline: MapSpline
-    t: Float[np.ndarray, "s"]
     points: Float[np.ndarray, "s 2"]
     normals: Float[np.ndarray, "s 2"]
-    box: Float[np.ndarray, "4"]
     seen_by: set[int]
 
     def end(self, *, forward: bool) -> tuple[Float[np.ndarray, "2"], Float[np.ndarray, "2"]]:
@@ -49,12 +46,6 @@ class _Sampled:
         k = -1 if forward else 0
         across = self.normals[k] if forward else -self.normals[k]
         return self.points[k], np.array([across[1], -across[0]])
-
-
-def _sampled(spline: MapSpline, seen_by: set[int]) -> _Sampled:
-    t, points = spline.sample(SAMPLE_SPACING)
-    box = np.concatenate([points.min(0) - BUCKET, points.max(0) + BUCKET])
-    return _Sampled(spline, t, points, spline.curve.normals(t), box, seen_by)
 
 
 @dataclass
@@ -69,8 +60,8 @@ class MapBuilder:
     inherited: Callable[[int, int], int] | None = None
     first_id: int = 0
     heirs: dict[int, int] = field(default_factory=dict)
-    _splines: dict[int, _Sampled] = field(default_factory=dict)
-    _boxes: Float[np.ndarray, "ids 4"] = field(default_factory=lambda: np.full((64, 4), np.nan))
+    _splines: dict[int, _Held] = field(default_factory=dict)
+    _samples: Samples = field(default_factory=Samples)
 
     def __post_init__(self) -> None:
         self.next_id = self.first_id
@@ -79,7 +70,8 @@ class MapBuilder:
     @property
     def map(self) -> SplineMap:
         """The map as a value."""
-        return SplineMap(tuple(self._splines[k].spline for k in sorted(self._splines)))
+        held = (self._splines[k] for k in sorted(self._splines))
+        return SplineMap(tuple(replace(one.spline, observations=len(one.seen_by)) for one in held))
 
     def heir(self, spline: int) -> int:
         """The id under which a spline lives now."""
@@ -101,65 +93,42 @@ class MapBuilder:
             return ()
         seat = se2.transform(pose, sensor[None])[0]
         decided: list[Association] = []
-        for segment, seen in zip(segments, self._explain(pose, segments), strict=True):
-            points = se2.transform(pose, segment.points)
+        for segment, points, seen in self._explained(pose, segments):
             decided.extend(self._decide(Sight(scan, segment, points, seat, seen)))
         self._join_neighbours(scan, decided)
         for spline in {a.spline for a in decided if a.spline is not None}:
-            held = self._splines[self.heir(spline)]
-            held.seen_by.add(scan)
-            held.spline = replace(held.spline, observations=len(held.seen_by))
-        return tuple(replace(a, spline=None if a.spline is None else self.heir(a.spline)) for a in decided)
+            self._splines[self.heir(spline)].seen_by.add(scan)
+        return tuple(map(self.renamed, decided))
 
-    def _explain(self, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]) -> list[Explanation]:
-        """For each segment the splines near each of its points."""
+    def renamed(self, association: Association) -> Association:
+        """An association with the id that its spline has after joins."""
+        if association.spline is None or association.spline not in self.heirs:
+            return association
+        return replace(association, spline=self.heir(association.spline))
+
+    def _explained(
+        self, pose: Float[np.ndarray, "3"], segments: Sequence[ScanSegment]
+    ) -> Iterator[tuple[ScanSegment, Float[np.ndarray, "m 2"], Explanation]]:
+        """Each segment with its points in the world, and the splines near each of them."""
         points, sizes = np.concatenate([s.points for s in segments]), np.array([len(s.points) for s in segments])
-        normals = left_normals(points, sizes)
-        found = self.near(se2.transform(pose, points), se2.rotate(pose, normals))
-        ends = np.cumsum(sizes)
-        return [found.part(a, b) for a, b in zip((ends - sizes).tolist(), ends.tolist(), strict=True)]
+        normals, points = se2.rotate(pose, left_normals(points, sizes)), se2.transform(pose, points)
+        found, ends = self.near(points, normals), np.cumsum(sizes)
+        for segment, a, b in zip(segments, (ends - sizes).tolist(), ends.tolist(), strict=True):
+            yield segment, points[a:b], found.part(a, b)
 
     def near(self, points: Float[np.ndarray, "m 2"], normals: Float[np.ndarray, "m 2"]) -> Explanation:
         """The splines that explain each world point, nearest first."""
-        close = self._close_to(points)
-        shape = (len(points), self.config.candidates)
-        if not close:
-            return Explanation(np.full(shape, -1), np.zeros(shape), np.zeros(shape))
-        samples = np.concatenate([s.points for s in close])
-        sample_normals = np.concatenate([s.normals for s in close])
-        sample_t = np.concatenate([s.t for s in close])
-        owner = np.repeat([s.spline.id for s in close], [len(s.t) for s in close])
-        origin = samples.min(0) - BUCKET
-        grid = np.ceil((samples.max(0) - origin) / BUCKET).astype(np.int64) + 1
-        start, order = kernels.bucket_points(samples, origin, grid, BUCKET)
-        found = kernels.facing_candidates(
-            points, normals, samples, sample_normals, owner, start, order, origin, grid, BUCKET,
-            max(self.config.gate, self.config.along), self.config.agreement, self.config.candidates,
-        )  # fmt: skip
-        hit = np.maximum(found, 0)
-        off = points[:, None] - samples[hit]
-        across = (off * sample_normals[hit]).sum(-1)
-        along = off[..., 0] * sample_normals[hit][..., 1] - off[..., 1] * sample_normals[hit][..., 0]
-        good = (found >= 0) & (np.abs(across) < self.config.gate) & (np.abs(along) < self.config.along)
-        return Explanation(np.where(good, owner[hit], -1), sample_t[hit] + along, across)
+        return self._samples.near(points, normals, self.config)
 
-    def _close_to(self, points: Float[np.ndarray, "m 2"]) -> list[_Sampled]:
-        """Splines whose bounding box meets that of the points."""
-        (left, low), (right, high) = points.min(0), points.max(0)
-        box = self._boxes[: self.next_id].T
-        meets = (box[0] <= right) & (box[1] <= high) & (box[2] >= left) & (box[3] >= low)
-        return [self._splines[k] for k in np.flatnonzero(meets).tolist()]
-
-    def _put(self, held: _Sampled) -> None:
+    def _put(self, spline: MapSpline, seen_by: set[int]) -> None:
         """Hold a spline under its id, or hold it anew."""
-        spline = held.spline.id
-        if spline >= len(self._boxes):
-            self._boxes = np.concatenate([self._boxes, np.full((spline + 1, 4), np.nan)])
-        self._splines[spline], self._boxes[spline] = held, held.box
+        t, points, normals = spline.curve.sample_with_normals(SAMPLE_SPACING, spline.span)
+        self._splines[spline.id] = _Held(spline, points, normals, seen_by)
+        self._samples.put(spline.id, t, points, normals)
 
-    def _drop(self, spline: int) -> _Sampled:
-        self._boxes[spline] = np.nan
-        return self._splines.pop(spline)
+    def _drop(self, spline: int) -> None:
+        self._samples.drop(spline)
+        del self._splines[spline]
 
     # -- moving along --------------------------------------------------------------------------------------------
     def carry(
@@ -171,7 +140,7 @@ class MapBuilder:
             seen = np.searchsorted(key_scans, sorted(held.seen_by))
             curve = held.spline.curve
             moved = curve.with_control_points(carried(curve.control_points, before[seen, :2], moves[seen]))
-            self._put(_sampled(replace(held.spline, curve=moved), held.seen_by))
+            self._put(replace(held.spline, curve=moved), held.seen_by)
 
     def forget(self, scan: int) -> None:
         """Drop the splines that `scan` or a later one started, and that these saw the others."""
@@ -180,7 +149,6 @@ class MapBuilder:
                 self._drop(spline)
             else:
                 held.seen_by = {seen for seen in held.seen_by if seen < scan} or {held.spline.born}
-                held.spline = replace(held.spline, observations=len(held.seen_by))
 
     # -- decisions ---------------------------------------------------------------------------------------------
     def _decide(self, sight: Sight) -> list[Association]:
@@ -203,7 +171,7 @@ class MapBuilder:
     def association(self, sight: Sight, piece: Piece, verdict: Verdict, relation: Relation | None) -> Association:
         """The record of a decision."""
         segment = sight.segment
-        candidates = candidates_of(sight.seen.part(piece.a, piece.b))
+        candidates = candidates_of(sight.seen, piece.a, piece.b)
         chosen = next((c for c in candidates if c.spline == piece.spline), None)
         first, last = int(segment.beams[piece.a]), int(segment.beams[piece.b - 1])
         distance = chosen.distance if chosen else float("nan")
@@ -229,8 +197,7 @@ class MapBuilder:
         new = self.next_id if inherited < 0 or taken else inherited
         self.next_id = max(self.next_id, new + 1)
         history = f"started by scan {sight.scan}, {length:.2f} m"
-        started = MapSpline(new, curve, (0.0, length), sight.scan, 0, (history,))
-        self._put(_sampled(started, {sight.scan}))
+        self._put(MapSpline(new, curve, (0.0, length), sight.scan, 0, (history,)), {sight.scan})
         return self.association(sight, Piece(piece.a, piece.b, new), Verdict.NEW, Relation.FULL)
 
     def grow(
@@ -242,8 +209,7 @@ class MapBuilder:
         if gain <= 0.0 or largest_distance(curve, span, points) > self.config.smooth:
             return False
         history = (*held.spline.history, f"grew by {gain:.2f} m at scan {scan}")
-        grown = replace(held.spline, curve=curve, span=span, history=history)
-        self._put(_sampled(grown, held.seen_by))
+        self._put(replace(held.spline, curve=curve, span=span, history=history), held.seen_by)
         return True
 
     def carries_on(self, spline: int, points: Float[np.ndarray, "m 2"], *, forward: bool) -> bool:
@@ -265,7 +231,7 @@ class MapBuilder:
             if a != b and self._meet(self._splines[a], self._splines[b]):
                 self._join(a, b, scan)
 
-    def _meet(self, a: _Sampled, b: _Sampled) -> bool:
+    def _meet(self, a: _Held, b: _Held) -> bool:
         """Whether b starts where a ends, in the same direction."""
         (end, out), (start, back) = a.end(forward=True), b.end(forward=False)
         near = np.linalg.norm(start - end) < self.config.join_gap
@@ -286,7 +252,7 @@ class MapBuilder:
         seen_by = first.seen_by | second.seen_by
         born = min(older.born, other.born)
         self._drop(gone)
-        self._put(_sampled(MapSpline(keep, curve, span, born, len(seen_by), history), seen_by))
+        self._put(MapSpline(keep, curve, span, born, 0, history), seen_by)
         self.heirs[gone] = keep
 
 

@@ -67,6 +67,11 @@ class Target:
     shape: Int[np.ndarray, "2"]
     bucket: float
 
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """What the kernels ask for, in their order."""
+        return self.points, self.normals, self.start, self.origin, self.shape, self.bucket
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Field:
@@ -95,18 +100,24 @@ class Match:
 
 BUCKET = 0.15
 """Side of the buckets (m): the widest gate of tracking, which then looks no farther than the neighbouring ones."""
+MARGIN = 0.3
+"""How far (m) a likelihood field reaches beyond its points."""
 NO_PRIOR: Float[np.ndarray, "3 3"] = np.diag([1e-6, 1e-6, 1e-6])
 
 
 def point_set(scan: LaserScan, config: MatchingConfig, segmentation: SegmentationConfig) -> PointSet:
     """The valid beam ends with normals from their neighbours on the same surface."""
-    x, y, heading = scan.pose_robot_sensor.tolist()
+    beams, limits = surface_arguments(scan, config, segmentation)
+    return PointSet(*surfaces.points_with_normals(*beams, *limits))
+
+
+def surface_arguments(
+    scan: LaserScan, config: MatchingConfig, segmentation: SegmentationConfig
+) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """What `kernels.surfaces.points_with_normals` asks for, of the beams and of what a surface is."""
     farthest = min(scan.range_max, config.largest_range)
-    points, normals = surfaces.points_with_normals(
-        scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading,
-        *break_limits(scan.resolution, segmentation), config.normal_reach, config.normal_flatness,
-    )  # fmt: skip
-    return PointSet(points, normals)
+    beams = (scan.ranges, scan.bearings, scan.range_min, farthest, *scan.pose_robot_sensor.tolist())
+    return beams, (*break_limits(scan.resolution, segmentation), config.normal_reach, config.normal_flatness)
 
 
 def gather(sets: Sequence[PointSet], poses: Float[np.ndarray, "n 3"], bucket: float = BUCKET) -> Target:
@@ -149,9 +160,7 @@ def surroundings(target: Target, config: MatchingConfig, block: int | None = Non
 def likelihood_field(target: Target, config: MatchingConfig, block: int | None = None) -> Field:
     """The field that the search climbs."""
     block = block or config.block
-    origin = target.points.min(0) - 0.3
-    shape = np.ceil((target.points.max(0) + 0.3 - origin) / config.cell).astype(np.int64)
-    values = kernels.likelihood_field(target.points, origin, shape, config.cell, config.field_sigma)
+    values, origin = kernels.likelihood_field(target.points, config.cell, config.field_sigma, MARGIN)
     return Field(values, kernels.block_maximum(values, block), origin, config.cell, block)
 
 
@@ -186,6 +195,30 @@ def settle(
     return refine(place.target, scan, guess, config, score=score, prior=prior, prior_information=prior_information)
 
 
+def find(
+    sets: Sequence[PointSet],
+    poses: Float[np.ndarray, "n 3"],
+    scan: PointSet,
+    guess: Float[np.ndarray, "3"],
+    config: MatchingConfig,
+    reach: float,
+    turn: float,
+    block: int | None = None,
+) -> Match:
+    """A scan searched for among others at their world poses and refined there without ICP, as one compiled call that
+    does not hold the lock of the interpreter."""
+    points, normals = np.concatenate([one.points for one in sets]), np.concatenate([one.normals for one in sets])
+    if len(points) == 0 or len(scan.points) == 0:
+        return Match(guess, 0.0, 0.0, 0.0, np.zeros((3, 3)))
+    pose, information, inliers, rms, score = kernels.find_and_refine(
+        points, normals, np.array([len(one.points) for one in sets]), poses, BUCKET, config.cell, config.field_sigma,
+        MARGIN, block or config.block, scan.points, scan.normals, config.thinning, guess, reach, turn,
+        config.turn_step, config.pull, NO_PRIOR, config.sigma, np.array(config.gates), config.inlier_gate,
+    )  # fmt: skip
+    pose[2] = se2.wrap(pose[2])
+    return Match(pose, score, inliers, rms, information)
+
+
 def refine(
     target: Target,
     scan: PointSet,
@@ -200,9 +233,8 @@ def refine(
     """Point-to-line Gauss–Newton from `guess` (Cauchy kernel), held by a Gaussian prior where the walls leave it
     free."""
     pose, information, inliers, rms = kernels.refine(
-        scan.points, scan.normals, target.points, target.normals, target.start, target.origin, target.shape,
-        target.bucket, guess, guess if prior is None else prior, prior_information, config.sigma,
-        np.array(gates or config.gates), config.inlier_gate,
+        scan.points, scan.normals, *target.arguments, guess, guess if prior is None else prior, prior_information,
+        config.sigma, np.array(gates or config.gates), config.inlier_gate,
     )  # fmt: skip
     pose[2] = se2.wrap(pose[2])
     return Match(pose, score, inliers, rms, information)

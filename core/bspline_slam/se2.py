@@ -75,7 +75,16 @@ def _inverse_one(a: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
 
 def between(a: Pose, b: Pose) -> Pose:
     """⊖a ⊕ b: the pose b seen from a."""
+    if np.ndim(a) == 1 and np.ndim(b) == 1:
+        return _between_one(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
     return compose(inverse(a), b)
+
+
+def _between_one(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
+    """between of two single poses."""
+    (x, y, theta), (to_x, to_y, to_theta) = a.tolist(), b.tolist()
+    c, s, dx, dy = math.cos(theta), math.sin(theta), to_x - x, to_y - y
+    return np.array([c * dx + s * dy, c * dy - s * dx, _wrap_one(to_theta - theta)])
 
 
 def transform(a: Pose, points: Float[np.ndarray, "*#batch 2"]) -> Float[np.ndarray, "*#batch 2"]:

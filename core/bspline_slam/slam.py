@@ -41,8 +41,7 @@ class SlamConfig:
     + 1, its knots `fitting.spacing` apart with "normal-distance", its control points `chord_length.control_points` in
     number with "chord-length". `back_end` solves the adjustment. Splines seen by fewer than `least_observations` key
     scans leave the finished map. The map goes along when a loop closure has moved a key scan by more than
-    `rebuild_move` (m); at the end it is built a second time where adjustment moves two key scans by more than that
-    against each other.
+    `rebuild_move` (m).
     """
 
     back_end: str = "direct"
@@ -125,6 +124,10 @@ class SlamResult:
     unfit: tuple[int, ...] = ()
 
 
+RELAXED_AFTER, RELAXED_SHARE = 5, 0.1
+"""So many closures, and such a share of all so far, make the pose graph be solved anew though each of them says what
+the estimate says already: together they say more, and the more there are the less does one of them."""
+
 StageProgress = Callable[[str, float, IterationRecord | None], None]
 
 
@@ -194,18 +197,15 @@ class Slam:
         return self._snapshot(self._builder.map)
 
     def finish(self, progress: StageProgress = quiet, cancelled: Cancelling = never) -> Snapshot:
-        """Solve the pose graph, build the map anew at its poses, adjust everything; where the first round of that may
-        change associations, build the map once more before. Loop closures that turn out to be wrong on the way are
-        taken back. Raises Cancelled."""
+        """Solve the pose graph, build the map anew about where adjustment is going to put the key scans, adjust
+        everything. Loop closures that turn out to be wrong on the way are taken back. Raises Cancelled."""
         progress("pose graph", 0.0, None)
+        self._closer.found(self._tracker.keys, np.array(self._tracker.key_poses))
         self._relax()
         if self._closer.reject_contradicted(np.array(self._tracker.key_poses)):
             self._relax()
+        self._tracker.move(self._foreseen(cancelled))
         self._rebuild()
-        poses = self._foreseen(cancelled)
-        if self._bent(poses) > self.config.rebuild_move:
-            self._tracker.move(poses)
-            self._rebuild()
         splines, estimate = self._adjusted(progress, cancelled)
         if self._closer.reject_contradicted(estimate.poses):
             splines, estimate = self._adjusted(progress, cancelled)
@@ -225,17 +225,19 @@ class Slam:
 
     # -- steps of `process` and `finish` -----------------------------------------------------------------------
     def _close_loops(self) -> tuple[LoopClosure, ...]:
-        """Compare the new key scan with earlier places; relax the pose graph when closures say that it should
-        move."""
+        """Relax the pose graph where the key scan before this one closed a loop and closures say that it should move;
+        begin to compare this one with earlier places. Returns what was decided."""
         keys, poses = self._tracker.keys, np.array(self._tracker.key_poses)
         before, closed_at = len(self._closer.closures), self._closer.closed_at
-        fresh = self._closer.look(keys, poses)
+        fresh = self._closer.found(keys, poses)
         self._solved_with += len(fresh)
-        if fresh and (self._disagree(fresh, poses) or self._solved_with > 20):
+        enough = max(RELAXED_AFTER, RELAXED_SHARE * len(self._closer.accepted))
+        if fresh and (self._disagree(fresh, poses) or self._solved_with >= enough):
             self._relax()
             moved = self._tracker.key_poses[:-1][:, :2] - poses[:-1, :2]
             if np.abs(moved).max(initial=0.0) > self.config.rebuild_move:
                 self._carry(poses, closed_at)
+        self._closer.look(keys, np.array(self._tracker.key_poses))
         return tuple(self._closer.closures[before:])
 
     def _carry(self, before: Float[np.ndarray, "n 3"], closed_at: float) -> None:
@@ -310,14 +312,6 @@ class Slam:
             c.adjustment, self._model, c.back_end, cancelled,
         )  # fmt: skip
 
-    def _bent(self, poses: Float[np.ndarray, "n 3"]) -> float:
-        """By how much (m) these poses differ most from the present ones, each seen from those that it is tied to."""
-        factors = self._pose_factors()
-        i, j = (np.array([getattr(factor, end) for factor in factors], dtype=np.int64) for end in "ij")
-        before = np.array(self._tracker.key_poses)
-        off = se2.between(se2.between(before[i], before[j]), se2.between(poses[i], poses[j]))
-        return float(np.hypot(off[:, 0], off[:, 1]).max(initial=0.0))
-
     def _adjusted(self, progress: StageProgress, cancelled: Cancelling) -> tuple[SplineMap, Estimate]:
         c = self.config
         return adjust_splines(
@@ -333,14 +327,8 @@ class Slam:
     def _current_observations(self) -> tuple[KeyObservations, ...]:
         """The decisions, with the ids that splines have after joins."""
         return tuple(
-            replace(key, associations=tuple(map(self._renamed, key.associations))) for key in self._observations
+            replace(key, associations=tuple(map(self._builder.renamed, key.associations))) for key in self._observations
         )
-
-    def _renamed(self, association: Association) -> Association:
-        if association.spline is None:
-            return association
-        heir = self._builder.heir(association.spline)
-        return association if heir == association.spline else replace(association, spline=heir)
 
     def _snapshot(self, splines: SplineMap) -> Snapshot:
         observations = self._current_observations()

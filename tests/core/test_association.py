@@ -37,7 +37,7 @@ def test_pieces_cover_the_segment_without_gaps(ids: list[list[int]]) -> None:
         assert one.spline is None or one.spline != following.spline
     for piece in pieces:
         if piece.spline is not None:
-            near = explanation(ids).of(piece.spline)[0][piece.a : piece.b]
+            near = (np.array(ids)[piece.a : piece.b] == piece.spline).any(1)
             assert near.sum() >= CONFIG.least_points
 
 
@@ -60,11 +60,11 @@ def test_of_two_that_explain_everything_the_closer_is_taken() -> None:
 
 def test_candidates_are_sorted_and_the_runner_up_is_the_best_other() -> None:
     seen = explanation([[1, 2]] * 6 + [[1, -1]] * 4)
-    candidates = candidates_of(seen)
+    candidates = candidates_of(seen, 0, len(seen.spline))
     assert [(c.spline, c.overlap) for c in candidates] == [(1, 1.0), (2, 0.6)]
     chosen = Association(0, 0, 0, 9, Verdict.MATCHED, 1, 0.01, 0.1, candidates)
     assert chosen.runner_up == Candidate(2, candidates[1].distance, 0.6)
 
 
 def test_nothing_near_means_no_candidates() -> None:
-    assert candidates_of(explanation([[-1, -1]] * 5)) == ()
+    assert candidates_of(explanation([[-1, -1]] * 5), 0, 5) == ()

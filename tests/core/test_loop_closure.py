@@ -78,11 +78,13 @@ def test_a_closure_that_would_move_the_map_waits_for_a_second_one_that_agrees() 
     truth = np.array([[1.9, 1.4, 0.4], [2.1, 1.4, 0.45]])
     drift = np.array([0.5, -0.4, 0.15])
     keys, poses = again(truth[0], travel=40.0), np.vstack([START, se2.compose(truth[0], drift)])
-    assert closer.look(keys, poses) == []
+    closer.look(keys, poses)
+    assert closer.found(keys, poses) == []
     assert len(closer.waiting) == 1
     keys = [*keys, key(truth[1], 40.3, 100)]
     poses = np.vstack([poses, se2.compose(poses[-1], se2.between(truth[0], truth[1]))])
-    fresh = closer.look(keys, poses)
+    closer.look(keys, poses)
+    fresh = closer.found(keys, poses)
     assert len(fresh) == 2
     assert closer.waiting == []
     assert sum(closure.accepted for closure in closer.closures) == 2
@@ -93,9 +95,10 @@ def test_a_closure_that_nobody_confirms_is_rejected_and_says_so() -> None:
     truth = np.array([1.9, 1.4, 0.4])
     keys, poses = again(truth, travel=40.0), np.vstack([START, se2.compose(truth, np.array([0.5, -0.4, 0.15]))])
     closer.look(keys, poses)
+    assert closer.found(keys, poses) == []
     away = np.array([[0.0, -60.0], [0.0, -60.0]])[None] + 0.0
     keys = [*keys, key(np.array([0.0, -50.0, 0.0]), 60.0, 101, away)]
-    closer.look(keys, np.vstack([poses, [0.0, -50.0, 0.0]]))
+    assert closer.found(keys, np.vstack([poses, [0.0, -50.0, 0.0]])) == []
     assert closer.waiting == []
     assert "no second closure" in closer.closures[-1].reason
 

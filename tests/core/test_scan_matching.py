@@ -14,6 +14,7 @@ from bspline_slam.icp import IcpConfig, align, icp_map
 from bspline_slam.scan_matching import (
     MatchingConfig,
     PointSet,
+    find,
     gather,
     point_set,
     refine,
@@ -126,11 +127,24 @@ def test_icp_on_a_single_wall_does_not_leave_the_plane() -> None:
     assert abs(found[1]) < 0.03
 
 
+def test_a_scan_found_among_others_in_one_call_lies_where_search_and_settle_put_it() -> None:
+    sets, scan = [seen_from(pose, k) for k, pose in enumerate(MAP_POSES)], seen_from(HERE, 7)
+    guess = se2.compose(HERE, np.array([0.25, -0.2, 0.1]))
+    found = find(sets, MAP_POSES, scan, guess, CONFIG, 0.4, 0.2)
+    start, score = search(PLACE.field, scan, guess, CONFIG, 0.4, 0.2)
+    wanted = settle(PLACE, scan, start, score, CONFIG)
+    np.testing.assert_allclose(se2.between(found.pose, wanted.pose), 0.0, atol=2e-3)
+    assert found.score == wanted.score
+    assert off(found.pose)[0] < 0.01
+
+
 def test_a_scan_without_beams_matches_nothing() -> None:
     nothing = PointSet(np.zeros((0, 2)), np.zeros((0, 2)))
     found, score = search(PLACE.field, nothing, HERE, CONFIG, 0.4, 0.2)
     assert score == 0.0
     assert settle(PLACE, nothing, found, score, CONFIG).inliers == 0.0
+    assert find([nothing], HERE[None], seen_from(HERE, 7), HERE, CONFIG, 0.4, 0.2).score == 0.0
+    assert find([seen_from(HERE, 7)], HERE[None], nothing, HERE, CONFIG, 0.4, 0.2).score == 0.0
 
 
 SPARSE = 136

@@ -1,5 +1,7 @@
 """Compiled Cox–de Boor recursion: the basis functions that live at each parameter."""
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -37,3 +39,48 @@ def basis_rows(knots, degree, t, derivative):
                     carried = (t[k] - low) / width * value
             values[p] = carried
     return first, rows
+
+
+@njit(cache=True)
+def curve_points(knots, degree, control_points, t, derivative):
+    """Points of a curve at each t, or its derivatives."""
+    first, rows = basis_rows(knots, degree, t, derivative)
+    out = np.zeros((len(t), 2))
+    for k in range(len(t)):
+        for r in range(degree + 1):
+            out[k, 0] += rows[k, r] * control_points[first[k] + r, 0]
+            out[k, 1] += rows[k, r] * control_points[first[k] + r, 1]
+    return out
+
+
+@njit(cache=True)
+def samples(knots, degree, control_points, low, high, spacing):
+    """Parameters, points and unit normals (the tangent turned left) of a stretch of curve, evenly spaced along it, at
+    most about `spacing` apart; lengths are those of chords over a quarter of a knot span."""
+    count = len(control_points)
+    coarse = np.empty(4 * (count + 1) + 1)
+    n, at = 0, low
+    for k in range(degree, count + 1):
+        end = min(max(knots[k], low), high)
+        if end > at:
+            for quarter in range(4):
+                coarse[n] = at + (end - at) * quarter / 4
+                n += 1
+            at = end
+    if high > at:
+        for quarter in range(4):
+            coarse[n] = at + (high - at) * quarter / 4
+            n += 1
+    coarse[n] = high
+    points = curve_points(knots, degree, control_points, coarse[: n + 1], 0)
+    length = np.zeros(n + 1)
+    for k in range(n):
+        length[k + 1] = length[k] + math.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1])
+    pieces = max(int(math.ceil(length[n] / spacing)), 1)
+    t = np.interp(np.linspace(0.0, length[n], pieces + 1), length, coarse[: n + 1])
+    tangents = curve_points(knots, degree, control_points, t, 1)
+    normals = np.empty_like(tangents)
+    for k in range(len(t)):
+        speed = max(math.hypot(tangents[k, 0], tangents[k, 1]), 1e-12)
+        normals[k, 0], normals[k, 1] = -tangents[k, 1] / speed, tangents[k, 0] / speed
+    return t, curve_points(knots, degree, control_points, t, 0), normals

@@ -59,7 +59,7 @@ def _at(t, degree, count, knots, control_points, values, slopes):
     return span, px, py, dx, dy
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def feet(degrees, knot_start, all_knots, point_start, all_points, spans, cuts, points, spacing, width):
     """The foot of each point on its curve: parameter inside the curve's span, first basis index (of its own curve),
     `width` basis values, unit normal (tangent turned left), distance along the normal, and beside it.
@@ -143,7 +143,7 @@ def piece_sizes(cuts, orders, first):
     return low, rows, columns
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def compressed_pieces(cuts, orders, first, basis, normals, right, weight, low, rows, columns):
     """Triangular (R, Qᵀb, constant) of the rows w_j·(β_i(t_j) n_j | n_j·p_j) of each piece over the control points that
     it touches, flat one after another.

@@ -1,7 +1,74 @@
 """Compiled inner loops of association: which splines explain a segment, and where it is cut between them."""
 
+import math
+
 import numpy as np
 from numba import njit
+
+from bspline_slam.kernels.matching import bucket_points, facing_candidates
+
+
+@njit(cache=True)
+def near_splines(points, normals, ids, first, last, rows, bucket, gate, along, agreement, most):
+    """Of each point up to `most` splines near it, nearest first: id (−1: none), parameter, distance across.
+
+    Spline ids[s] has the samples first[s] … last[s] − 1 in `rows` (x, y, normal, parameter). A sample speaks for a
+    point when it lies within `gate` across the curve and `along` it, and the normals agree.
+    """
+    total = 0
+    for s in range(len(ids)):
+        total += last[s] - first[s]
+    samples, across, t = np.empty((total, 2)), np.empty((total, 2)), np.empty(total)
+    owner = np.empty(total, np.int64)
+    n = 0
+    for s in range(len(ids)):
+        for k in range(first[s], last[s]):
+            samples[n, 0], samples[n, 1], across[n, 0], across[n, 1] = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+            t[n], owner[n] = rows[k, 4], ids[s]
+            n += 1
+    origin, shape = np.empty(2), np.empty(2, np.int64)
+    for d in range(2):
+        origin[d] = samples[:, d].min() - bucket
+        shape[d] = int(math.ceil((samples[:, d].max() - origin[d]) / bucket)) + 1
+    start, order = bucket_points(samples, origin, shape, bucket)
+    found = facing_candidates(
+        points, normals, samples, across, owner, start, order, origin, shape, bucket, max(gate, along), agreement, most
+    )
+    m = len(points)
+    spline, at, off = np.full((m, most), -1), np.zeros((m, most)), np.zeros((m, most))
+    for j in range(m):
+        for c in range(most):
+            k = found[j, c]
+            if k < 0:
+                break
+            dx, dy = points[j, 0] - samples[k, 0], points[j, 1] - samples[k, 1]
+            aside = dx * across[k, 1] - dy * across[k, 0]
+            off[j, c], at[j, c] = dx * across[k, 0] + dy * across[k, 1], t[k] + aside
+            if abs(off[j, c]) < gate and abs(aside) < along:
+                spline[j, c] = owner[k]
+    return spline, at, off
+
+
+@njit(cache=True)
+def candidates(spline, across, a, b):
+    """Splines near points a … b − 1, with RMS distance and the share that each explains: most first, shares in steps of
+    a tenth, ties by distance."""
+    ids, counts, squares = tally(spline, across, a, b)
+    share, distance = counts / (b - a), np.sqrt(squares / np.maximum(counts, 1))
+    order = np.argsort(distance, kind="mergesort")
+    order = order[np.argsort(-np.floor(10.0 * share[order] + 0.5), kind="mergesort")]
+    return ids[order], distance[order], share[order]
+
+
+@njit(cache=True)
+def reached(spline, t, a, b, which):
+    """Least and largest parameter of `which` at the points a … b − 1 that it explains; NaN where there is none."""
+    low, high = np.inf, -np.inf
+    for j in range(a, b):
+        for c in range(spline.shape[1]):
+            if spline[j, c] == which:
+                low, high = min(low, t[j, c]), max(high, t[j, c])
+    return (low, high) if low <= high else (np.nan, np.nan)
 
 
 @njit(cache=True)

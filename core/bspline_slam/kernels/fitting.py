@@ -5,6 +5,27 @@ import math
 import numpy as np
 from numba import njit
 
+from bspline_slam.kernels.basis import basis_rows
+
+
+@njit(cache=True)
+def cumulated_chords(points):
+    """Length of the polygon from the first point to each point."""
+    out = np.zeros(len(points))
+    for j in range(1, len(points)):
+        out[j] = out[j - 1] + math.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1])
+    return out
+
+
+@njit(cache=True)
+def uniform_curve(points, spacing, degree, stiffness):
+    """Knots and control points of a curve through ordered points: uniform knots, parameter = chord length from 0."""
+    t = cumulated_chords(points)
+    count = max(int(math.ceil(t[-1] / spacing)), 1) + degree
+    knots = spacing * (np.arange(count + degree + 1) - degree)
+    first, basis = basis_rows(knots, degree, t, 0)
+    return knots, control_points(first, basis, points, np.zeros((count, 2)), 0, stiffness)
+
 
 @njit(cache=True)
 def control_points(first, basis, points, start, fixed, stiffness):

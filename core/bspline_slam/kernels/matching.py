@@ -29,8 +29,13 @@ def thin(points, cell):
 
 
 @njit(cache=True)
-def likelihood_field(points, origin, shape, cell, sigma):
-    """Field of exp(−d²/2σ²) of the distance to the nearest point, 0 beyond 2.5 σ; single precision throughout."""
+def likelihood_field(points, cell, sigma, margin):
+    """Field of exp(−d²/2σ²) of the distance to the nearest point, 0 beyond 2.5 σ, and the corner where it begins,
+    `margin` (m) before the first point; single precision throughout."""
+    origin, shape = np.empty(2), np.empty(2, np.int64)
+    for d in range(2):
+        origin[d] = points[:, d].min() - margin
+        shape[d] = int(math.ceil((points[:, d].max() + margin - origin[d]) / cell))
     reach = int(math.ceil(2.5 * sigma / cell))
     nothing = np.float32(1e9)
     nearest = np.full((shape[0], shape[1]), nothing)
@@ -52,7 +57,7 @@ def likelihood_field(points, origin, shape, cell, sigma):
         row = nearest[i]
         for j in range(shape[1]):
             row[j] = math.exp(scale * row[j]) if row[j] < nothing else np.float32(0.0)
-    return nearest
+    return nearest, origin
 
 
 @njit(cache=True)
@@ -288,7 +293,7 @@ def _solve3(A, b):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def refine(
     points, point_normals, target, normals, start, origin, shape, cell,
     pose, prior, prior_information, sigma, gates, inlier_gate,
@@ -361,6 +366,26 @@ def refine(
         settled = gate == gates[-1] and moved < STILL
     rms = math.sqrt(squares / inliers) if inliers else 0.0
     return np.array([x, y, theta]), information, inliers / max(n, 1), rms
+
+
+@njit(cache=True, nogil=True)
+def find_and_refine(
+    points, normals, sizes, poses, bucket, cell, field_sigma, margin, block, scan, scan_normals, thinning, guess,
+    reach, turn, turn_step, pull, prior_information, sigma, gates, inlier_gate,
+):  # fmt: skip
+    """A scan found among others, all in one call that other threads need not wait for: `gather`, `likelihood_field`,
+    `search` with thinned points, `refine`. Returns what `refine` does, and the score of the search."""
+    target, across, start, origin, shape = gather(points, normals, sizes, poses, bucket)
+    field, corner = likelihood_field(target, cell, field_sigma, margin)
+    bounds = block_maximum(field, block)
+    thinned = scan[thin(scan, thinning)]
+    x, y, theta, score = search(field, bounds, block, corner, cell, thinned, guess, reach, turn, turn_step, pull)
+    found = np.array([x, y, math.atan2(math.sin(theta), math.cos(theta))])
+    pose, information, inliers, rms = refine(
+        scan, scan_normals, target, across, start, origin, shape, bucket, found, found, prior_information, sigma,
+        gates, inlier_gate,
+    )  # fmt: skip
+    return pose, information, inliers, rms, score
 
 
 @njit(cache=True)

@@ -98,10 +98,7 @@ class NormalDistance:
 def _reach(growing: GrowingMap, sight: Sight, piece: Piece) -> Relation:
     """Full when the piece reaches both ends of its spline, part otherwise."""
     assert piece.spline is not None
-    explained, t, _ = sight.seen.part(piece.a, piece.b).of(piece.spline)
-    if not explained.any():
-        return Relation.FULL
+    first, last = sight.seen.reach_of(piece.spline, piece.a, piece.b)
     low, high = growing.spline(piece.spline).span
-    reached = t[explained]
     near = growing.config.extension
-    return Relation.FULL if reached.min() - low < near and high - reached.max() < near else Relation.PART
+    return Relation.PART if first - low >= near or high - last >= near else Relation.FULL
