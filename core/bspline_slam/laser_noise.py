@@ -47,12 +47,12 @@ def laser_noise(
         rows = np.stack([along[near] ** 2, aside[near] ** 2], -1) * weight[:, None]
         seen = across[near] ** 2 / left * weight
         scale = np.sqrt(np.square(rows).sum(0))
-        found = _not_negative((rows / scale).T @ (rows / scale), (rows / scale).T @ seen)
+        found = not_negative((rows / scale).T @ (rows / scale), (rows / scale).T @ seen)
         variance = np.maximum(found / scale, (LEAST_RANGE_NOISE**2, LEAST_BEARING_NOISE**2))
     return float(np.sqrt(variance[0])), float(np.sqrt(variance[1]))
 
 
-def _not_negative(A: Float[np.ndarray, "2 2"], b: Float[np.ndarray, "2"]) -> Float[np.ndarray, "2"]:
+def not_negative(A: Float[np.ndarray, "2 2"], b: Float[np.ndarray, "2"]) -> Float[np.ndarray, "2"]:
     """The x ≥ 0 with the least xᵀAx/2 − bᵀx, A positive semidefinite: inside where both are positive, else on that axis
     where it is least."""
     inside = np.linalg.lstsq(A, b)[0]

@@ -68,7 +68,7 @@ class Target:
     bucket: float
 
     @property
-    def arguments(self) -> tuple[Any, ...]:
+    def arguments(self) -> tuple[Any, Any, Any, Any, Any, float]:
         """What the kernels ask for, in their order."""
         return self.points, self.normals, self.start, self.origin, self.shape, self.bucket
 
@@ -113,10 +113,11 @@ def point_set(scan: LaserScan, config: MatchingConfig, segmentation: Segmentatio
 
 def surface_arguments(
     scan: LaserScan, config: MatchingConfig, segmentation: SegmentationConfig
-) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+) -> tuple[tuple[Any, Any, float, float, float, float, float], tuple[float, float, float, float, float, int, float]]:
     """What `kernels.surfaces.points_with_normals` asks for, of the beams and of what a surface is."""
     farthest = min(scan.range_max, config.largest_range)
-    beams = (scan.ranges, scan.bearings, scan.range_min, farthest, *scan.pose_robot_sensor.tolist())
+    x, y, heading = scan.pose_robot_sensor.tolist()
+    beams = (scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading)
     return beams, (*break_limits(scan.resolution, segmentation), config.normal_reach, config.normal_flatness)
 
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.optimize import nnls
 
-from bspline_slam.laser_noise import laser_noise
+from bspline_slam.laser_noise import laser_noise, not_negative
 
 
 def residuals(rng: np.random.Generator, count: int, noise: tuple[float, float]) -> tuple[np.ndarray, ...]:
@@ -36,3 +40,14 @@ def test_unknowns_take_their_share() -> None:
 def test_a_few_beams_say_nothing() -> None:
     across, along, aside = residuals(np.random.default_rng(4), 100, (0.05, 0.01))
     assert laser_noise(across, along, aside, (0.012, 0.003)) == (0.012, 0.003)
+
+
+@given(arrays(float, (3, 2), elements=st.floats(-2, 2)), arrays(float, 3, elements=st.floats(-2, 2)))
+def test_least_squares_without_negative_parts(rows: np.ndarray, right: np.ndarray) -> None:
+    def cost(x: np.ndarray) -> float:
+        return float(np.sum((rows @ x - right) ** 2))
+
+    found = not_negative(rows.T @ rows, rows.T @ right)
+    best, _ = nnls(rows, right)
+    assert (found >= 0.0).all()
+    assert cost(found) <= cost(best) + 1e-6

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
-from bspline_slam import se2
+from bspline_slam import loop_closure, se2
 from bspline_slam.graph import PoseFactor
+from bspline_slam.logs import open_log
 from bspline_slam.loop_closure import (
     LoopCloser,
     LoopClosure,
@@ -19,6 +26,7 @@ from bspline_slam.loop_closure import (
 )
 from bspline_slam.scan_matching import Match, MatchingConfig, point_set
 from bspline_slam.segmentation import SegmentationConfig
+from bspline_slam.slam import Slam, Snapshot
 from bspline_slam.tracking import KeyScan, TrackingConfig
 from core.rooms import ROOM, room_scan
 
@@ -144,3 +152,44 @@ def test_a_closure_that_knows_little_is_not_contradicted_by_much() -> None:
     known = accepted_closure(0, 3, START, np.array([0.5, 0.0, 0.0]))
     vague = Proposal(known.closure, PoseFactor(0, 3, known.closure.measured, np.diag([5.0, 5.0, 5.0]), "loop", 1.0))
     assert not closer_with(vague).reject_contradicted(START)
+
+
+class AtOnce:
+    """A thread so fast that it is done before the next line."""
+
+    def __init__(self, *_: object) -> None: ...
+
+    def submit(self, work: Callable[..., Any], *arguments: object) -> Future[Any]:
+        done: Future[Any] = Future()
+        done.set_result(work(*arguments))
+        return done
+
+
+class AtTheLastMoment(Future[Any]):
+    """A thread so slow that it begins only when its result is waited for."""
+
+    def __init__(self, *_: object) -> None:
+        super().__init__()
+
+    def submit(self, work: Callable[..., Any], *arguments: object) -> AtTheLastMoment:
+        later = AtTheLastMoment()
+        later.result = lambda timeout=None: work(*arguments)
+        return later
+
+
+def office_read_by(executor: type, patch: pytest.MonkeyPatch) -> Snapshot:
+    with patch.context() as context:
+        context.setattr(loop_closure, "ThreadPoolExecutor", executor)
+        slam = Slam(open_log(Path(__file__).parents[2] / "sample_logs" / "office.log.gz"))
+        for _ in islice(slam.steps(), 260):
+            pass
+        return slam.snapshot()
+
+
+def test_nothing_hangs_on_how_fast_the_thread_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    fast, slow = (office_read_by(executor, monkeypatch) for executor in (AtOnce, AtTheLastMoment))
+    assert sum(closure.accepted for closure in fast.loop_closures) > 5
+    np.testing.assert_array_equal(fast.poses, slow.poses)
+    assert [spline.id for spline in fast.map] == [spline.id for spline in slow.map]
+    for one, other in zip(fast.map, slow.map, strict=True):
+        np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points)

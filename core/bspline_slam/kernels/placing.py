@@ -13,7 +13,9 @@ def place(beams, limits, target, guess, prior_information, sigma, gates, inlier_
     points, normals = points_with_normals(*beams, *limits)
     if len(points) == 0:
         return guess, 0.0
+    surface, across, start, origin, shape, bucket = target
     pose, _, inliers, _ = refine(
-        points, normals, *target, guess, guess, prior_information, sigma, gates, inlier_gate
+        points, normals, surface, across, start, origin, shape, bucket, guess, guess, prior_information, sigma, gates,
+        inlier_gate,
     )  # fmt: skip
     return pose, inliers
