@@ -64,23 +64,24 @@ def samples(knots, degree, control_points, low, high, spacing):
         end = min(max(knots[k], low), high)
         if end > at:
             for quarter in range(4):
-                coarse[n] = at + (end - at) * quarter / 4
+                coarse[n] = at + (end - at) * (quarter / 4)
                 n += 1
             at = end
     if high > at:
         for quarter in range(4):
-            coarse[n] = at + (high - at) * quarter / 4
+            coarse[n] = at + (high - at) * (quarter / 4)
             n += 1
     coarse[n] = high
     points = curve_points(knots, degree, control_points, coarse[: n + 1], 0)
     length = np.zeros(n + 1)
     for k in range(n):
-        length[k + 1] = length[k] + math.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1])
+        dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
+        length[k + 1] = length[k] + math.sqrt(dx * dx + dy * dy)
     pieces = max(int(math.ceil(length[n] / spacing)), 1)
     t = np.interp(np.linspace(0.0, length[n], pieces + 1), length, coarse[: n + 1])
     tangents = curve_points(knots, degree, control_points, t, 1)
     normals = np.empty_like(tangents)
     for k in range(len(t)):
-        speed = max(math.hypot(tangents[k, 0], tangents[k, 1]), 1e-12)
+        speed = max(math.sqrt(tangents[k, 0] * tangents[k, 0] + tangents[k, 1] * tangents[k, 1]), 1e-12)
         normals[k, 0], normals[k, 1] = -tangents[k, 1] / speed, tangents[k, 0] / speed
     return t, curve_points(knots, degree, control_points, t, 0), normals

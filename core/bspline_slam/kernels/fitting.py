@@ -13,7 +13,8 @@ def cumulated_chords(points):
     """Length of the polygon from the first point to each point."""
     out = np.zeros(len(points))
     for j in range(1, len(points)):
-        out[j] = out[j - 1] + math.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1])
+        dx, dy = points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]
+        out[j] = out[j - 1] + math.sqrt(dx * dx + dy * dy)
     return out
 
 
