@@ -3,8 +3,10 @@ it fits; else the motion so far."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from statistics import median
 
 import numpy as np
 from jaxtyping import Float
@@ -84,10 +86,16 @@ class OdometryCalibration:
 
 def step_information(step: Float[np.ndarray, "3"], config: MotionConfig) -> Float[np.ndarray, "3 3"]:
     """Information matrix (x, y, θ) of an odometry step."""
-    distance, turn = float(np.hypot(step[0], step[1])), abs(float(step[2]))
-    along = config.position + config.position_per_metre * distance + 0.05 * turn
-    heading = config.heading + config.heading_per_metre * distance + config.heading_per_radian * turn
+    along, heading = step_errors(step, config)
     return np.diag([along**-2, along**-2, heading**-2])
+
+
+def step_errors(step: Float[np.ndarray, "3"], config: MotionConfig) -> tuple[float, float]:
+    """Standard deviations of position (m) and heading (rad) of an odometry step."""
+    x, y, turn = step.tolist()
+    distance, turn = math.hypot(x, y), abs(turn)
+    along = config.position + config.position_per_metre * distance + 0.05 * turn
+    return along, config.heading + config.heading_per_metre * distance + config.heading_per_radian * turn
 
 
 def surprise(off: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> float:
@@ -128,23 +136,24 @@ class Unexplained:
     ) -> Unexplained:
         """After one more step, `made` as beams with information `seen` (frame of its end) say. Along a direction that
         they leave open, a match only repeats what it was told, which is no evidence."""
-        usual = 3.0 / np.sqrt(np.diag(step_information(wheels, config))[1:])
-        noise = np.maximum(0.5 * np.array([config.judged_distance, config.judged_turn]), usual)
-        place = seen[:2, :2]
-        determined = place @ np.linalg.inv(place + np.eye(2) / config.position**2)
-        off = se2.between(made, wheels)
-        motion = _squares(determined, se2.rotate(se2.inverse(made), made[:2]), made[2]) + noise**2
-        squares = np.minimum(_squares(determined, off[:2], off[2]), 4.0 * motion)
+        usual = 3.0 * np.array(step_errors(wheels, config))
+        noise = np.maximum([0.5 * config.judged_distance, 0.5 * config.judged_turn], usual)
+        known, open_way = seen[:2, :2].tolist(), config.position**-2
+        motion = _squares(known, open_way, se2.inverse(made)) + noise**2
+        squares = np.minimum(_squares(known, open_way, se2.between(made, wheels)), 4.0 * motion)
         squares, motion = config.judged_memory * self.squares + squares, config.judged_memory * self.moved + motion
         limit = config.most_unexplained if self.fits else config.convincing
         return Unexplained(squares, motion, bool((squares <= limit * motion).all()))
 
 
-def _squares(
-    determined: Float[np.ndarray, "2 2"], place: Float[np.ndarray, "2"], turn: float
-) -> Float[np.ndarray, "2"]:
-    """Squared length of a step where it is determined, and squared turn."""
-    return np.array([np.sum(np.square(determined @ place)), turn**2])
+def _squares(known: list[list[float]], open_way: float, step: Float[np.ndarray, "3"]) -> Float[np.ndarray, "2"]:
+    """Squared length of a step where it is determined, K(K + oI)⁻¹ of it with K `known` and o `open_way` (1/m²), and
+    squared turn; numbers one by one, for this is done at every scan."""
+    ((a, b), (_, c)), (x, y, turn) = known, step.tolist()
+    determinant = (a + open_way) * (c + open_way) - b * b
+    u = ((c + open_way) * x - b * y) / determinant
+    v = ((a + open_way) * y - b * x) / determinant
+    return np.array([(a * u + b * v) ** 2 + (b * u + c * v) ** 2, turn**2])
 
 
 def guesses(
@@ -168,8 +177,7 @@ def guesses(
 def usual_way(late: Sequence[Float[np.ndarray, "3"]]) -> Float[np.ndarray, "2"]:
     """How far, and where to, a robot usually goes in a step: the median of its longer ones, which are at least half as
     long as the longest, for it may have stopped to turn."""
-    if not late:
-        return np.zeros(2)
-    ways = np.array(late)[:, :2]
-    length = np.hypot(*ways.T)
-    return np.median(ways[length >= 0.5 * length.max()], axis=0)
+    ways = [(math.hypot(x, y), x, y) for x, y, _ in map(np.ndarray.tolist, late)]
+    longest = max(ways, default=(0.0,))[0]
+    longer = [way for way in ways if way[0] >= 0.5 * longest]
+    return np.array([median(way[axis] for way in longer) if longer else 0.0 for axis in (1, 2)])

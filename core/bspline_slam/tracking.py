@@ -257,7 +257,7 @@ class Tracker:
 
     def _sees_less(self, scan: LaserScan, beyond: float) -> bool:
         """Whether hardly any beam comes back from farther than `beyond` (m)."""
-        seen = np.count_nonzero(scan.valid & (scan.ranges > beyond))
+        seen = np.count_nonzero((scan.ranges > max(scan.range_min, beyond)) & (scan.ranges < scan.range_max))
         return bool(seen < self.config.lost_beams * len(scan.ranges))
 
     def _still(self, step: Float[np.ndarray, "3"]) -> bool:

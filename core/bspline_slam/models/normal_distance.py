@@ -87,11 +87,13 @@ class NormalDistance:
         A, b, constants = kernels.compressed_pieces(
             beams.cuts, orders, beams.first, beams.basis, beams.normals, beams.right, beams.weight, low, rows, columns
         )
-        parts = zip(np.split(A, np.cumsum(rows * columns)[:-1]), np.split(b, np.cumsum(rows)[:-1]), strict=True)
-        sizes = zip(low.tolist(), columns.tolist(), np.diff(beams.cuts).tolist(), constants.tolist(), strict=True)
+        ends, tails = np.cumsum(rows), np.cumsum(rows * columns)
+        starts, heads = ends - rows, tails - rows * columns
+        where = zip(*(each.tolist() for each in (low, columns, starts, ends, heads, tails)), strict=True)
+        told = zip(np.diff(beams.cuts).tolist(), constants.tolist(), strict=True)
         return [
-            SplineObservation(first, R.reshape(-1, width), right, readings, constant)
-            for (R, right), (first, width, readings, constant) in zip(parts, sizes, strict=True)
+            SplineObservation(first, A[head:tail].reshape(-1, width), b[start:end], readings, constant)
+            for (first, width, start, end, head, tail), (readings, constant) in zip(where, told, strict=True)
         ]
 
 
