@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from splinescope.session import Session
 
 EXAGGERATED = 1.0
-"""The largest move of a pose is drawn at least so long (m)."""
+"""The largest move of a pose is drawn so long (m) where it is shorter,"""
+MOST_EXAGGERATED = 200.0
+"""but no more than so many times too long."""
 
 
 def subject(session: Session) -> Subject:
@@ -157,8 +159,6 @@ def _pick_next(session: Session, what: Picking | None) -> None:
     editing = session.editing
     if editing.refusal is not None:
         session.tell(Notice("Nothing can be chosen", editing.refusal))
-    elif what is Picking.LOOP and subject(session).scan is None:
-        session.tell(Notice("Nothing can be chosen", "Select a key pose, or a segment of a key scan, first."))
     else:
         editing.picking = None if editing.picking is what else what
 
@@ -281,5 +281,5 @@ def _moves(session: Session) -> Float[np.ndarray, "n 2 2"] | None:
     largest = float(np.linalg.norm(after - before, axis=1).max(initial=0.0))
     if largest < 1e-4:
         return None
-    longer = max(EXAGGERATED / largest, 1.0)
+    longer = min(max(EXAGGERATED / largest, 1.0), MOST_EXAGGERATED)
     return np.stack([after, after + longer * (after - before)], axis=1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import pickle
 import time
 from collections import OrderedDict
@@ -23,7 +22,7 @@ from bspline_slam.edits.loop_edits import moved_poses
 from bspline_slam.edits.loop_match import match_loop
 from bspline_slam.edits.piece_edits import across
 from bspline_slam.edits.quick import Answer, Footing, answer
-from bspline_slam.errors import Cancelled, EditError, SplineSlamError
+from bspline_slam.errors import Cancelled, EditError
 from bspline_slam.mapping import carried
 from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
@@ -42,10 +41,9 @@ from splinescope.edit_messages import (
     PreviewFound,
     QuickAnswer,
 )
-from splinescope.messages import Failed, Message, Stopped, for_looking_at
+from splinescope.messages import Message, for_looking_at
+from splinescope.reporter import failures_told
 from splinescope.solution import Solution
-
-logger = logging.getLogger(__name__)
 
 MOST_ROWS = 6
 """Rows of a preview on what pieces are about."""
@@ -76,16 +74,9 @@ class Jobs:
 
     def do(self, request: EditRequest, cancelled: Callable[[], bool]) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
-        try:
+        with failures_told(request.job, self._send, "editor"):
             if isinstance(request, Prepare) or not cancelled():
                 self._do(request, cancelled)
-        except Cancelled:
-            self._send(Stopped(request.job))
-        except SplineSlamError as error:
-            self._send(Failed(request.job, str(error)))
-        except Exception as error:
-            logger.exception("edit job %d failed", request.job)
-            self._send(Failed(request.job, f"The editor failed unexpectedly ({type(error).__name__}: {error})."))
 
     def _do(self, request: EditRequest, cancelled: Callable[[], bool]) -> None:
         match request:

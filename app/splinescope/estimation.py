@@ -30,7 +30,7 @@ class Estimator(Protocol):
     """Who computes: the worker's process, seen from here."""
 
     def process(self, path: Path, config: SlamConfig) -> int: ...
-    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int: ...
+    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
     def measure(
         self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked
@@ -53,6 +53,7 @@ class Estimation:
         self._tell = tell
         self._settled: Snapshot | None = None
         self._recipe = Recipe()
+        self._run: Result | None = None
         self._measuring: int | None = None
         self._given_up: set[int] = set()
         self.results = Results()
@@ -70,12 +71,13 @@ class Estimation:
         self.activity = Activity(Work.PROCESSING, job, "Starting the estimator")
 
     def solve(self, recipe: Recipe) -> None:
-        """Let the run behind the map shown be solved by the recipe's back end, or say why not."""
+        """Let the run behind the map shown, with its hand edits, be solved by the recipe's back end, or say why not."""
         shown = self.results.shown
         if self._refused("Nothing was optimised", self.solve_refusal(recipe)) or shown is None:
             return
-        self._begin(recipe, shown.run.snapshot)
-        job = self._estimator.solve(self._path, shown.run.kept, recipe.config())
+        run = self._run = self.results.run_behind(shown)
+        self._begin(recipe, run.snapshot)
+        job = self._estimator.solve(self._path, run.kept, recipe.config(), run.edits)
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -142,6 +144,8 @@ class Estimation:
             return "What the map was made from was lost with the estimator. Run the whole log again to optimise it."
         if shown is None or not len(shown.snapshot.key_scans):
             return "There is no map yet."
+        if recipe.back_end == "bs_slam" and self.results.run_behind(shown).edits:
+            return "BS-SLAM measures along single beams, and hand edits tie whole pieces: choose another estimator."
         if not recipe.same_map(shown.recipe):
             return "Another model, order or other knots shape the map from its first scan on: run the whole log again."
         return None
@@ -272,11 +276,10 @@ class Estimation:
     def _finished(self, activity: Activity, end: told.Finished) -> None:
         self.activity = None
         if end.snapshot is not None and end.kept is not None:
-            shown = self.results.shown
-            origin = shown.run if shown is not None and activity.work is Work.OPTIMISING else None
+            origin = self._run if activity.work is Work.OPTIMISING else None
             result = self._result(end.snapshot, end.kept, end.solution)
             self._show_new(replace(result, origin=origin, frames=end.frames))
-            self._tell(done(activity, end.snapshot, end.solution))
+            self._tell(done(activity, end.snapshot, end.solution, len(origin.edits) if origin is not None else 0))
         if activity.work is Work.COVARIANCES:
             self._learn(measured=True)
         self._measure()
@@ -334,14 +337,20 @@ class Estimation:
         self._take(result)
 
 
+def by_hand_in_words(edits: int) -> str:
+    """So many edits."""
+    return "one hand edit" if edits == 1 else f"{edits} hand edits"
+
+
 UNCHANGED = "The map stands as it was before."
 
 
-def done(activity: Activity, snapshot: Snapshot, solution: Solution | None) -> Notice:
+def done(activity: Activity, snapshot: Snapshot, solution: Solution | None, edits: int = 0) -> Notice:
     """What to say at the end of a job."""
     if activity.work is Work.OPTIMISING and solution is not None:
+        by_hand = f" with its {by_hand_in_words(edits)}" if edits else ""
         return Notice(
-            "The map is optimised",
+            f"The map is optimised{by_hand}",
             f"Cost {solution.cost_before:,.1f} → {solution.cost_after:,.1f}; "
             f"the largest move of a pose was {1000 * solution.largest_move:.1f} mm.",
         )

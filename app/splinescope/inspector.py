@@ -11,17 +11,19 @@ from jaxtyping import Float
 from bspline_slam.association import Association
 from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.slam import SlamStep
+from splinescope.pieces import every_piece, name_of_piece
 from splinescope.view import FittedSegment, MapView, ScanView, Selection
 
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """A title, a sentence, name–value rows and what happened, oldest first."""
+    """A title, a sentence, name–value rows, what happened, oldest first, and what was decided about it."""
 
     title: str
     sentence: str
     rows: tuple[tuple[str, str], ...] = ()
     history: tuple[str, ...] = ()
+    decisions: tuple[str, ...] = ()
 
 
 def describe(
@@ -44,11 +46,7 @@ def describe(
         case "closure" if world is not None and selection.id < len(world.loop_closures):
             return describe_closure(world.loop_closures[selection.id])
         case "pieces":
-            number, what = (
-                len(selection.pieces),
-                "An edit is made of all of them at once; Shift and a click adds another.",
-            )
-            return Description(f"{number} pieces selected", f"They are of key scan {selection.id}. {what}")
+            return describe_pieces(selection, scan)
     name = f"{selection.kind.capitalize()} {selection.id}"
     return Description(name, "It is not in the map any more: it was merged, split or left out.")
 
@@ -70,9 +68,23 @@ def describe_segment(fit: FittedSegment, scan: ScanView) -> Description:
     sentence = "Neighbouring beams that saw one smooth piece of the world."
     if not scan.key:
         sentence += " This is not a key scan, so nothing of it is in the graph."
-    return Description(
-        f"Segment {segment.index} of scan {scan.scan.index}", sentence, tuple(rows), tuple(map(decision, decisions))
-    )
+    title = f"Segment {segment.index} of scan {scan.scan.index}"
+    return Description(title, sentence, tuple(rows), decisions=tuple(map(decision, decisions)))
+
+
+def describe_pieces(selection: Selection, scan: ScanView | None) -> Description:
+    """Several pieces of a key scan, each with the decision about it."""
+    every = every_piece(scan) if scan is not None and scan.key and scan.scan.index == selection.id else ()
+    chosen = [piece for piece in every if name_of_piece(piece) in selection.pieces]
+    rows = ((f"segment {a.segment}, beams {a.first}–{a.last}", decision_in_short(a)) for a in chosen)
+    sentence = "An edit is made of all of them at once; Shift and a click adds another."
+    title = f"{len(selection.pieces)} pieces selected"
+    return Description(title, f"They are of key scan {selection.id}. {sentence}", tuple(rows))
+
+
+def decision_in_short(piece: Association) -> str:
+    """Which spline a piece was given to."""
+    return piece.verdict.value if piece.spline is None else f"spline {piece.spline}"
 
 
 def residual(fit: FittedSegment) -> float:

@@ -13,7 +13,7 @@ from pathlib import Path
 from bspline_slam import slam
 from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
-from bspline_slam.edits.amend import amended
+from bspline_slam.edits.amend import amended, solved_again
 from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
@@ -27,7 +27,6 @@ from splinescope.live_map import LiveMap
 from splinescope.messages import (
     ConsistencyFound,
     CovariancesFound,
-    Failed,
     FindCovariances,
     Finished,
     Measured,
@@ -42,7 +41,7 @@ from splinescope.messages import (
     for_looking_at,
 )
 from splinescope.quality import quality_of
-from splinescope.reporter import Reporter
+from splinescope.reporter import Reporter, failures_told
 from splinescope.solution import Solution, solution_of
 
 logger = logging.getLogger(__name__)
@@ -70,24 +69,17 @@ class Jobs:
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
-        try:
+        with failures_told(request.job, self._send, "estimator"):
             self._do(request, cancelled)
-        except Cancelled:
-            self._send(Stopped(request.job))
-        except SplineSlamError as error:
-            self._send(Failed(request.job, str(error)))
-        except Exception as error:
-            logger.exception("job %d failed", request.job)
-            self._send(Failed(request.job, f"The estimator failed unexpectedly ({type(error).__name__}: {error})."))
 
     def _do(self, request: Request, cancelled: Cancelling) -> None:
         reporter = Reporter(request.job, self._send)
         match request:
             case ProcessLog(path=path, config=config):
                 self._latest = process(self._open(path), config, reporter, self._send, cancelled)
-            case SolveMap(path=path, kept=kept, config=config):
-                before = self._unpacked(kept)
-                self._latest = optimise(self._open(path), before, config, reporter, self._send, cancelled)
+            case SolveMap(path=path, kept=kept, config=config, edits=edits):
+                before = self._with_edits(kept, edits, config, cancelled)
+                self._latest = optimise(self._open(path), before, config, bool(edits), reporter, self._send, cancelled)
             case FindCovariances(path=path, kept=kept, config=config, edits=edits):
                 snapshot = self._with_edits(kept, edits, config, cancelled)
                 judge(self._open(path), snapshot, config, reporter, self._send, cancelled)
@@ -179,12 +171,17 @@ def send_steps(snapshot: Snapshot, job: int, send: Send) -> None:
 
 
 def optimise(
-    log: ScanLog, before: Snapshot, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling
-) -> Done:
-    """The map solved anew by the back end of the configuration, streaming its iterations."""
+    log: ScanLog, before: Snapshot, config: SlamConfig, edited: bool, reporter: Reporter, send: Send,
+    cancelled: Cancelling,
+) -> Done:  # fmt: skip
+    """The map solved anew by the back end of the configuration, streaming its iterations; an `edited` one as the
+    problem that the edits left."""
     reporter.stage("Building the graph")
     start = time.monotonic()
-    snapshot = slam.adjust(log, before, config, config.back_end, reporter.progress, cancelled)
+    if edited:
+        snapshot = solved_again(before, config.back_end, reporter.progress, cancelled)
+    else:
+        snapshot = slam.adjust(log, before, config, config.back_end, reporter.progress, cancelled)
     solution = solution_of(log, config.back_end, before, snapshot, time.monotonic() - start)
     return finished(snapshot, solution, reporter.job, send)
 

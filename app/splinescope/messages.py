@@ -30,12 +30,14 @@ class ProcessLog:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SolveMap:
-    """Solve the map of a snapshot, `kept` as it was sent, made from the log at `path`, as the configuration says."""
+    """Solve the map of a snapshot, `kept` as it was sent, made from the log at `path` and then amended by hand, as the
+    configuration says."""
 
     job: int
     path: Path
     kept: bytes
     config: SlamConfig
+    edits: tuple[Edit, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.slam import SlamStep, Snapshot
-from splinescope.messages import Iterated, MapChanged, Message, Progress, StepsDone, for_looking_at
+from splinescope.messages import (
+    Failed,
+    Iterated,
+    MapChanged,
+    Message,
+    Progress,
+    StepsDone,
+    Stopped,
+    for_looking_at,
+)
+
+logger = logging.getLogger(__name__)
 
 RECORD_INTERVAL = 0.2
 STEP_INTERVAL = 0.1
@@ -15,6 +29,20 @@ PROGRESS_INTERVAL = 0.25
 MAP_INTERVAL = 0.5
 MAP_SHARE = 20.0
 """A map that took s seconds to make is followed by at least MAP_SHARE · s seconds of work."""
+
+
+@contextmanager
+def failures_told(job: int, send: Callable[[Message], None], who: str) -> Iterator[None]:
+    """Whatever goes wrong in a job inside is sent as a sentence about `who` does it."""
+    try:
+        yield
+    except Cancelled:
+        send(Stopped(job))
+    except SplineSlamError as error:
+        send(Failed(job, str(error)))
+    except Exception as error:
+        logger.exception("job %d of the %s failed", job, who)
+        send(Failed(job, f"The {who} failed unexpectedly ({type(error).__name__}: {error})."))
 
 
 class Reporter:

@@ -22,7 +22,8 @@ from splinescope.solution import Solution
 class Result:
     """What one run gave: the map for looking at, the decisions, the figures.
 
-    `origin` is the run over the log whose decisions were solved again, None for such a run itself.
+    `origin` is the run over the log whose decisions were solved again, as it was then with its hand edits; None for
+    such a run itself.
     `edits` are the hand edits that it has been amended by; `kept` has none of them.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
     estimator; its quality, covariances of splines by id, 1σ across the curves
@@ -52,9 +53,9 @@ class Result:
         return self.origin is None and self.stopped_after is None and self.solution is not None
 
     @property
-    def run(self) -> Result:
-        """The run over the log behind it: where every other estimator starts, so that they can be compared."""
-        return self if self.origin is None else self.origin
+    def by_hand(self) -> int:
+        """How many hand edits are in it."""
+        return len(self.edits) if self.origin is None else len(self.origin.edits)
 
     @property
     def anees(self) -> float | None:
@@ -66,7 +67,7 @@ class Result:
     def label(self) -> str:
         """Number and choices in a few words."""
         ending = "" if self.stopped_after is None else " (stopped)"
-        ending += f" + {len(self.edits)} by hand" if self.edits else ""
+        ending += f" + {self.by_hand} by hand" if self.by_hand else ""
         return f"{self.number}: {self.recipe.back_end}, {self.recipe.model}{ending}"
 
 
@@ -82,6 +83,11 @@ class Results:
     def find(self, number: int | None) -> Result | None:
         """The result of this number, None where there is none."""
         return next((result for result in self.all if result.number == number), None)
+
+    def run_behind(self, result: Result) -> Result:
+        """The run over the log behind a result, with the hand edits that it has now: where every other estimator
+        starts, so that they can be compared."""
+        return result if result.origin is None else self.find(result.origin.number) or result.origin
 
     def added(self, result: Result, show: bool = True) -> Results:
         """One more result; where it is shown, the one shown before is compared with it."""

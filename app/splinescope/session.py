@@ -173,6 +173,11 @@ class Session:
         return self._observation[1]
 
     @property
+    def lost_scans(self) -> list[int]:
+        """Indices of the scans lost so far, increasing."""
+        return sorted(step.scan for step in self.findings.steps.values() if step.lost)
+
+    @property
     def activity(self) -> Activity | None:
         """The running job."""
         return self.estimation.activity if self.estimation is not None else None

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-MARKED_ROW = '<tr class="on">'
+
+class Html(str):
+    """Text that is HTML already: everything in it is escaped."""
+
+    __slots__ = ()
+
+
+def escaped(text: str) -> str:
+    """Text as HTML; what is HTML already stays as it is."""
+    return text if isinstance(text, Html) else escape(text)
 
 
 def block(*parts: str) -> str:
@@ -46,14 +55,14 @@ def explained(rows: Iterable[tuple[str, str, str]]) -> str:
 def leading(
     name: str, headers: Sequence[str], rows: Iterable[tuple[int, Sequence[str], str]], *, selected: int | None = None
 ) -> str:
-    """A table whose rows lead somewhere: each has a number that a click on it tells with `name`, its cells, and a
-    sentence below them, which may be empty."""
+    """A table whose rows lead somewhere: each has a number that a click on it tells with `name`, its cells, which may
+    be HTML, and a sentence below them, which may be empty."""
     parts = []
     for number, cells, sentence in rows:
         lead = f'data-row="{escape(name)}" data-number="{number}"'
         state = " on" if number == selected else ""
         kind = f"lead{' open' if sentence else ''}{state}"
-        first, *rest = map(escape, cells)
+        first, *rest = map(escaped, cells)
         others = "".join(f'<td class="n">{cell}</td>' for cell in rest)
         parts.append(f'<tr class="{kind}" {lead}><td><button>{first}</button></td>{others}</tr>')
         if sentence:
@@ -63,21 +72,22 @@ def leading(
     return f'<table class="dense"><thead><tr>{head}</tr></thead><tbody>{"".join(parts)}</tbody></table>'
 
 
+def lead(name: str, number: int, words: str) -> Html:
+    """A button in a row that leads elsewhere than the row does."""
+    return Html(f'<button data-row="{escape(name)}" data-number="{number}">{escape(words)}</button>')
+
+
 def _right(headers: Sequence[str]) -> list[str]:
     return ["", *(' class="n"' for _ in headers[1:])]
 
 
-def table(
-    headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Iterable[int] = (), marked: Iterable[int] = ()
-) -> str:
-    """A table; columns `numbers` are set to the right, rows `marked` are highlighted."""
-    right, highlighted = set(numbers), set(marked)
+def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Iterable[int] = ()) -> str:
+    """A table; columns `numbers` are set to the right."""
+    right = set(numbers)
     classes = [' class="n"' if column in right else "" for column in range(len(headers))]
     head = "".join(f"<th{kind}>{escape(text)}</th>" for kind, text in zip(classes, headers, strict=True))
     body = "".join(
-        (MARKED_ROW if number in highlighted else "<tr>")
-        + "".join(f"<td{kind}>{escape(text)}</td>" for kind, text in zip(classes, row, strict=True))
-        + "</tr>"
-        for number, row in enumerate(rows)
+        "<tr>" + "".join(f"<td{kind}>{escape(text)}</td>" for kind, text in zip(classes, row, strict=True)) + "</tr>"
+        for row in rows
     )
     return f'<table class="dense"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'

@@ -35,12 +35,13 @@ from splinescope.link import Link
 from splinescope.messages import Message
 from splinescope.notice import Notice
 from splinescope.page import Page, open_page
-from splinescope.panels import closures, edit_lists
+from splinescope.panels import closures, decisions, edit_lists
 from splinescope.paths import SAMPLE, find_log
 from splinescope.picking import pick, pick_box, pick_piece
 from splinescope.presenter import Presenter
 from splinescope.ruler import picked_from
 from splinescope.session import Session
+from splinescope.view import Selection
 from splinescope.visitors import Visitors
 from splinescope.worker import Worker
 
@@ -52,6 +53,7 @@ ROWS: dict[str, Callable[[int], ask.Command]] = {
     edit_lists.SWITCH: ask.SwitchEdit,
     edit_lists.WORST: ask.ShowWorst,
     edit_lists.DOUBT: ask.ShowDoubt,
+    decisions.ROW: lambda number: ask.Select(Selection("segment", number)),
 }
 """What a click on a row of a table asks for, by the name of its rows."""
 

@@ -60,9 +60,10 @@ class Worker:
         """Ask for the whole pipeline over a log; returns the job's number."""
         return self._ask(ProcessLog(self._job + 1, path, config))
 
-    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
-        """Ask for a map to be solved again, `kept` being what came with it; returns the job's number."""
-        return self._ask(SolveMap(self._job + 1, path, kept, config))
+    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        """Ask for a map with hand edits to be solved again, `kept` being what came with it before these; returns the
+        job's number."""
+        return self._ask(SolveMap(self._job + 1, path, kept, config, edits))
 
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         """Ask for the covariances of a map with hand edits, `kept` being what came with it before these; returns the

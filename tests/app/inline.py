@@ -30,8 +30,8 @@ class InlineEstimator:
     def process(self, path: Path, config: SlamConfig) -> int:
         return self._do(lambda job: ProcessLog(job, path, config))
 
-    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
-        return self._do(lambda job: SolveMap(job, path, kept, config))
+    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        return self._do(lambda job: SolveMap(job, path, kept, config, edits))
 
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         return self._do(lambda job: FindCovariances(job, path, kept, config, edits))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from splinescope.actions import ACTIONS, GROUPS, PageRequest, described, refusal
 from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS
 from splinescope.page import Page
 from splinescope.panels.action_button import ActionButton
+from splinescope.panels.action_row import action_row, button
 from splinescope.paths import static_folder
 from splinescope.preferences import Preferences
 from splinescope.session import Session
@@ -112,10 +114,40 @@ def test_the_scripts_own_actions_are_done_by_the_script() -> None:
 
 
 def test_a_button_says_why_it_cannot_be_pressed(page: Page, empty: Session, finished: Session) -> None:
-    button = ActionButton(page.server.gui, lambda _: None, "optimise")
-    button.refresh(empty)
-    assert button.handle.disabled
-    assert button.handle.hint == "No log is open."
-    button.refresh(finished)
-    assert not button.handle.disabled
-    assert button.handle.hint == "Key O"
+    made = ActionButton(page.server.gui, lambda _: None, "optimise")
+    made.refresh(empty)
+    assert made.handle.disabled
+    assert made.handle.hint == "No log is open."
+    made.refresh(finished)
+    assert not made.handle.disabled
+    assert made.handle.hint == "Key O"
+
+
+def test_a_button_among_others_looks_as_if_it_could_not_be_pressed_and_says_why(
+    empty: Session, finished: Session
+) -> None:
+    off = button(empty, "Solve <it>", "optimise")
+    assert 'aria-disabled="true"' in off and 'title="No log is open."' in off and "Solve &lt;it&gt;" in off
+    on = button(finished, "Solve it", "optimise")
+    assert "aria-disabled" not in on and 'title="Only solve this map again (O)"' in on
+    row = action_row(finished, {"Undo": "undo", "Solve": "optimise"}, label="Now", strong="optimise")
+    assert row.count("<button") == 2 and row.count("act strong") == 1 and "<span>Now</span>" in row
+
+
+def test_results_are_shown_and_laid_over_each_other_in_turn(finished: Session) -> None:
+    assert finished.estimation is not None and finished.result is not None
+    assert ACTIONS["result-next"].refusal(finished) and ACTIONS["result-delete"].refusal(finished)
+    for number in (2, 3):
+        results = finished.estimation.results
+        finished.estimation.results = results.added(replace(finished.result, number=number), show=False)
+
+    def do(action: str) -> tuple[int | None, int | None]:
+        request = ACTIONS[action].request(finished)
+        assert ACTIONS[action].refusal(finished) is None and not isinstance(request, PageRequest)
+        finished.apply(request)
+        results = finished.results
+        return tuple(each.number if each is not None else None for each in (results.shown, results.compared))  # type: ignore[return-value]
+
+    assert [do("result-over") for _ in range(3)] == [(1, 2), (1, 3), (1, None)]
+    assert [do("result-next") for _ in range(3)] == [(2, None), (3, None), (1, None)]
+    assert [do("result-over"), do("result-swap"), do("result-delete")] == [(1, 2), (2, 1), (2, None)]

@@ -8,7 +8,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,10 +16,10 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.browser import Window, until
+from app.running import running_viewer
 from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
 from splinescope import commands as ask
-from splinescope.page import open_page
 from splinescope.pieces import every_piece, name_of_piece, points_of
 from splinescope.subject import EditKind
 from splinescope.view import Selection
@@ -36,14 +35,8 @@ Opener = Callable[..., Window]
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     """The application with a finished run."""
-    viewer = Viewer(open_page("127.0.0.1", 0), tmp_path_factory.mktemp("memory") / "session.json")
-    thread = threading.Thread(target=viewer.run)
-    thread.start()
-    viewer.post(ask.OpenLog(LOG))
-    yield viewer
-    viewer.stop()
-    thread.join(10)
-    viewer.close()
+    with running_viewer(LOG, tmp_path_factory.mktemp("memory") / "session.json") as viewer:
+        yield viewer
 
 
 @pytest.fixture
@@ -129,7 +122,7 @@ def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, open_w
     until(lambda: session.cursor == worst, "the scan of the worst residual")
     press(window.page, "Undo")
     until(lambda: in_force(ready) == 0, "undone")
-    window.page.locator("[data-row=edit-state][data-number='1'] button").click()
+    window.page.locator("[data-row=edit-state][data-number='1'] button").first.click()
     until(lambda: in_force(ready) == 1, "the past state that was clicked")
     window.page.locator("[data-row=edit-switch] button").first.click()
     until(lambda: in_force(ready) == 0, "switched off")
@@ -256,7 +249,7 @@ def test_a_loop_is_closed_and_dropped(ready: Viewer, open_window: Opener) -> Non
     first = shown(ready)
     ready.post(ask.Select(Selection("key pose", world.key_scans[-1])))
     until(lambda: session.selection is not None and session.selection.kind == "key pose", "the key pose")
-    press(window.page, "Close")
+    press(window.page, "Close a loop")
     until(lambda: session.editing.picking, "the question which other")
     window.page.mouse.click(*window.pixel_of(*world.key_poses[0, :2]))
     until(lambda: session.editing.draft, "the ghost scan")
@@ -268,7 +261,7 @@ def test_a_loop_is_closed_and_dropped(ready: Viewer, open_window: Opener) -> Non
     assert session.map_view is not None
     ready.post(ask.Select(Selection("closure", len(session.map_view.loop_closures) - 1)))
     until(lambda: session.selection is not None and session.selection.kind == "closure", "the closure")
-    press(window.page, "Drop")
+    press(window.page, "Drop the loop")
     accepted_and_undone(ready, window, "Drop the loop")
     window.page.keyboard.press("Shift+Y")
     accepted_and_undone(ready, window, "Drop the loop")
@@ -326,7 +319,7 @@ def test_after_kill_minus_nine_everything_accepted_is_there_again(tmp_path: Path
     page.keyboard.press("Delete")
     expect(page.get_by_text("predicted change of cost").first).to_be_visible(timeout=1000 * PATIENCE)
     page.keyboard.press("Enter")
-    expect(page.get_by_text("as the estimator made it")).to_be_visible()
+    expect(page.get_by_text("As the estimator made it")).to_be_visible()
     os.kill(process.pid, signal.SIGKILL)
     process.wait(10)
     window.errors.clear()

@@ -47,13 +47,15 @@ from splinescope.edit_messages import (
     QuickAnswer,
 )
 from splinescope.editing import Editing, Picking
+from splinescope.jobs import Jobs
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
-from splinescope.messages import Failed, Finished, Message
-from splinescope.panels.edit_lists import selected
+from splinescope.messages import Failed, Finished, Message, ProcessLog, SolveMap
+from splinescope.panels.inspector import shown
 from splinescope.pieces import every_piece, name_of_piece
 from splinescope.preferences import Preferences
+from splinescope.recipe import Recipe
 from splinescope.session import Session
 from splinescope.subject import EditKind
 from splinescope.view import Piece, Selection
@@ -103,7 +105,8 @@ class Idle:
     def process(self, path: Path, config: SlamConfig) -> int:
         return 1
 
-    def solve(self, path: Path, kept: bytes, config: SlamConfig) -> int:
+    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        self.solved = edits
         return 2
 
     def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
@@ -119,9 +122,6 @@ class Idle:
 @pytest.fixture(scope="module")
 def finished() -> list[Message]:
     """What the estimator says of the sample log."""
-    from splinescope.jobs import Jobs
-    from splinescope.messages import ProcessLog
-
     sent: list[Message] = []
     Jobs(sent.append).do(ProcessLog(1, LOG, SlamConfig()), lambda: False)
     assert isinstance(sent[-1], Finished)
@@ -134,8 +134,9 @@ class Desk:
     def __init__(self, folder: Path, finished: list[Message], offered: bool = False, log: Path = LOG) -> None:
         self.editor = AtOnce(lambda message: self.session.hear(message))
         journals = Journals(folder, offered=offered)
+        self.estimator = Idle()
         self.session = Session(
-            Idle(),
+            self.estimator,
             lambda _: None,
             Preferences(),
             editor=self.editor,
@@ -212,6 +213,27 @@ def test_a_proposal_shows_what_it_would_do_and_changes_nothing(desk: Desk) -> No
     assert (desk.shown, desk.editing.history.state_hash, desk.journals) == (before, state, [])
 
 
+def test_solving_again_solves_the_map_with_its_edits(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    run = desk.session.result
+    assert run is not None and len(run.edits) == 1
+    desk.do(ask.Choose(Recipe(back_end="bs_slam")))
+    assert "single beams" in (desk.session.refusal or "")
+    recipe = Recipe(back_end="pose_graph")
+    desk.do(ask.Choose(recipe), ask.Optimise())
+    assert desk.estimator.solved == run.edits
+    sent: list[Message] = []
+    Jobs(sent.append).do(SolveMap(2, LOG, run.kept, recipe.config(), run.edits), lambda: False)
+    for message in sent:
+        desk.session.receive(message)
+    solved = desk.session.result
+    assert solved is not None and solved.label.endswith("+ 1 by hand") and solved.edits == ()
+    assert desk.session.notices[-1].title == "The map is optimised with its one hand edit"
+    given = [step.associations for step in solved.snapshot.steps]
+    assert given == [step.associations for step in run.snapshot.steps]
+
+
 def test_an_accepted_edit_is_in_the_journal_before_it_is_answered(desk: Desk) -> None:
     desk.select()
     desk.do(ask.EditSelected(EditKind.IGNORE))
@@ -286,7 +308,7 @@ def test_shift_adds_pieces_and_takes_them_away(desk: Desk) -> None:
     assert desk.session.subject.piece is not None and name_of_piece(desk.session.subject.piece) == b
     desk.do(ask.TogglePiece(a))
     assert desk.session.selection == Selection("pieces", 11, pieces=(a, b))
-    assert "2 pieces selected" in "".join(selected(desk.session))
+    assert "2 pieces selected" in "".join(shown(desk.session))
     assert edit_desk.refusal(desk.session, EditKind.SPLIT) is not None
     desk.do(ask.TogglePiece(b))
     assert desk.session.selection == Selection("segment", a[0])

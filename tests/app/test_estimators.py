@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -11,12 +10,11 @@ import pytest
 from playwright.sync_api import expect
 
 from app.browser import Window, until
+from app.running import running_viewer
 from bspline_slam.backends import BACK_ENDS
-from splinescope import commands as ask
 from splinescope.comparison import largest_pose_difference
 from splinescope.jobs import Jobs
 from splinescope.messages import CovariancesFound, Failed, FindCovariances, Finished, Message, ProcessLog, SolveMap
-from splinescope.page import open_page
 from splinescope.recipe import Recipe
 from splinescope.result import Result
 from splinescope.viewer import Viewer
@@ -31,15 +29,9 @@ Opener = Callable[..., Window]
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     """The application with three splines, processed."""
-    viewer = Viewer(open_page("127.0.0.1", 0), tmp_path_factory.mktemp("memory") / "session.json")
-    thread = threading.Thread(target=viewer.run)
-    thread.start()
-    viewer.post(ask.OpenLog(SAMPLES / "three_splines.log.gz"))
-    until(lambda: viewer.session.result and viewer.session.activity is None, "the end of processing", PATIENCE)
-    yield viewer
-    viewer.stop()
-    thread.join(10)
-    viewer.close()
+    with running_viewer(SAMPLES / "three_splines.log.gz", tmp_path_factory.mktemp("memory") / "session.json") as viewer:
+        until(lambda: viewer.session.result and viewer.session.activity is None, "the end of processing", PATIENCE)
+        yield viewer
 
 
 def tab(window: Window, name: str) -> None:
@@ -103,14 +95,14 @@ def test_another_model_is_run_over_the_log_and_compared(running: Viewer, open_wi
     for quantity in ("ATE, RMS", "pose NEES / 3", "χ² / dof", "time", "control points"):
         expect(window.page.get_by_role("cell", name=quantity, exact=True)).to_be_visible()
     window.screenshot("compare")
-    window.page.get_by_role("button", name="Go to the largest difference").click()
+    window.page.get_by_role("button", name="Largest difference").click()
     until(lambda: session.cursor == most.scan, "the scan that differs most")
     window.page.get_by_role("button", name="Swap the two").click()
     until(lambda: session.result is other and session.compared is result, "the two swapped")
     window.page.keyboard.press("0")
     until(lambda: not drawn(window), "the layer switched off")
     window.page.keyboard.press("0")
-    window.page.get_by_role("button", name="Delete the one over it").click()
+    window.page.get_by_role("button", name="Delete it").click()
     until(lambda: session.compared is None, "the compared result to go")
 
 

@@ -35,8 +35,8 @@ def test_a_segment_tells_its_beams_its_fit_and_its_verdict(shown: View) -> None:
     rows = dict(found.rows)
     assert rows["beams"].startswith(f"{segment.beams[0]} … {segment.beams[-1]}")
     assert rows["begins at"] == segment.start.value
-    assert len(found.history) == 1
-    assert "by hand" in found.history[0]
+    assert len(found.decisions) == 1
+    assert "by hand" in found.decisions[0]
 
 
 def test_a_segment_of_another_scan_says_that_it_is_not_in_the_graph(shown: View) -> None:
@@ -104,7 +104,7 @@ def test_the_table_has_a_row_for_every_decision_and_marks_the_selected_segment(s
     assert shown.scan is not None
     text = "".join(decisions(shown.scan, 1))
     assert text.count("<tr") == 1 + len(shown.scan.associations)
-    assert text.count(table.MARKED_ROW) == 1
+    assert text.count('class="lead on"') == 1
     for association in shown.scan.associations:
         assert association.verdict.value in text
 

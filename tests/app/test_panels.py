@@ -167,9 +167,9 @@ def test_consistency_says_what_there_is_and_what_not(finished: Session, empty: S
 def test_every_figure_of_a_map_is_shown_or_its_absence_explained(finished: Session, empty: Session) -> None:
     assert crispness.absence(empty) == lost.said(empty, []) == "No log is open."
     assert calibration.UNMEASURED in "".join(calibration.calibration(empty))
-    assert lost.said(finished, lost.lost_scans(finished)).startswith("No scan was lost")
+    assert lost.said(finished, finished.lost_scans).startswith("No scan was lost")
     finished.findings.steps[3] = replace(finished.findings.steps[3], lost=True)
-    assert "1 scan was lost" in lost.said(finished, lost.lost_scans(finished))
+    assert "1 scan was lost" in lost.said(finished, finished.lost_scans)
     quality = finished.findings.quality
     assert quality is not None
     assert quality.crispness.beams > 300

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 
 import pytest
 from playwright.sync_api import expect
 
 from app.browser import Window, until
+from app.running import running_viewer
 from splinescope import commands as ask
 from splinescope.observation_view import ObservationStep
-from splinescope.page import open_page
 from splinescope.paths import find_log
 from splinescope.viewer import Viewer
 
@@ -23,15 +22,9 @@ Opener = Callable[..., Window]
 @pytest.fixture(scope="module")
 def viewer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     """The application with the smallest sample, processed and tested."""
-    viewer = Viewer(open_page("127.0.0.1", 0), tmp_path_factory.mktemp("memory") / "session.json")
-    thread = threading.Thread(target=viewer.run)
-    thread.start()
-    viewer.post(ask.OpenLog(find_log("three_splines")))
-    until(lambda: viewer.session.findings.consistency, "the tests of consistency", PATIENCE)
-    yield viewer
-    viewer.stop()
-    thread.join(10)
-    viewer.close()
+    with running_viewer(find_log("three_splines"), tmp_path_factory.mktemp("memory") / "session.json") as viewer:
+        until(lambda: viewer.session.findings.consistency, "the tests of consistency", PATIENCE)
+        yield viewer
 
 
 def test_an_observation_is_stepped_through(viewer: Viewer, open_window: Opener) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,12 +11,12 @@ from playwright.sync_api import Locator, expect
 
 from app.browser import READY, Window, until
 from app.logs import corridor_log, write_carmen
+from app.running import running_viewer
 from splinescope import commands as ask
 from splinescope.actions import ACTIONS
 from splinescope.actions.page import TABS
 from splinescope.grades import WIDTHS
 from splinescope.link import Link
-from splinescope.page import open_page
 from splinescope.preferences import FIRST_LAYERS, Preferences, load, save
 from splinescope.view import Colouring, Layer, Selection
 from splinescope.viewer import Viewer
@@ -43,14 +42,8 @@ def memory(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def running(log: Path, memory: Path) -> Iterator[Viewer]:
     """The application with a log that it processes."""
     save(Preferences(layers=Preferences().layers | {Layer.CONTROL_POINTS}, toured=True), memory)
-    viewer = Viewer(open_page("127.0.0.1", 0), memory)
-    thread = threading.Thread(target=viewer.run)
-    thread.start()
-    viewer.post(ask.OpenLog(log))
-    yield viewer
-    viewer.stop()
-    thread.join(10)
-    viewer.close()
+    with running_viewer(log, memory) as viewer:
+        yield viewer
 
 
 @pytest.fixture
@@ -136,14 +129,14 @@ def test_a_click_on_a_spline_shows_it_in_the_inspector(ready: Viewer, open_windo
     ready.post(ask.SetLayer(Layer.SEGMENTS, True))
 
 
-def test_decisions_are_listed_and_selected_by_number(ready: Viewer, open_window: Opener) -> None:
+def test_decisions_are_listed_and_a_row_selects_its_segment(ready: Viewer, open_window: Opener) -> None:
     window = open_window(ready.url)
     tab(window, "Scan")
     scan = ready.session.scan_view
     assert scan is not None
     assert scan.key
     expect(window.page.get_by_text(f"{len(scan.associations)} decisions")).to_be_visible()
-    window.page.get_by_role("button", name="Select the segment").click()
+    window.page.locator("[data-row=segment][data-number='0'] button").first.click()
     expect(window.page.get_by_text("Segment 0 of scan 0")).to_be_visible()
     ready.post(ask.Seek(next(i for i in range(SCANS) if not ready.session.findings.steps[i].key)))
     expect(window.page.get_by_text("is not a key scan").first).to_be_visible()

@@ -1,7 +1,8 @@
 """The one table of actions: buttons, keys, the palette and the help sheet are all made of it.
 
 To add an action, put an `Action` into one of the groups beside this file (or a group of its own into `GROUPS`); its
-key, its place in palette and help sheet, and its refusal follow. A button for it is `ActionButton(gui, post, id)`.
+key, its place in palette and help sheet, and its refusal follow. A button for it is
+`ActionButton(gui, post, id)`, and buttons side by side are an `action_row`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from splinescope.actions.layers import SINGLE
 from splinescope.actions.looking import LOOKING
 from splinescope.actions.page import PAGE
 from splinescope.actions.picture import PICTURE
+from splinescope.actions.results import RESULTS
 from splinescope.actions.time import TIME
 from splinescope.actions.tour import TOUR
 from splinescope.actions.work import WORK
@@ -32,6 +34,7 @@ GROUPS: dict[str, tuple[Action, ...]] = {
     "Single layers": SINGLE,
     "Colours": COLOURS,
     "Estimator": WORK,
+    "Results": RESULTS,
     "Page": PAGE,
     "Tour": TOUR,
 }

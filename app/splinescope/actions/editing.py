@@ -8,10 +8,12 @@ from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.actions.action import Action
 from splinescope.editing import Picking
+from splinescope.lost_scans import next_lost
 from splinescope.session import Session
 from splinescope.subject import EditKind
 
 Refusal = Callable[[Session], str | None]
+NO_POSE = "Select a key pose, or a segment of a key scan, first."
 NOTHING_PROPOSED = "Propose an edit first."
 
 
@@ -31,8 +33,8 @@ def _pieces(session: Session) -> str | None:
     return None if len(edit_desk.subject(session).pieces) > 1 else "What is selected has no other piece."
 
 
-def _editable(session: Session) -> str | None:
-    return session.editing.refusal
+def _posed(session: Session) -> str | None:
+    return session.editing.refusal or (None if edit_desk.subject(session).scan is not None else NO_POSE)
 
 
 def _undo(session: Session) -> str | None:
@@ -41,6 +43,10 @@ def _undo(session: Session) -> str | None:
 
 def _redo(session: Session) -> str | None:
     return session.editing.refusal or (None if session.editing.history.redo else "There is nothing to redo.")
+
+
+def _offered(session: Session) -> str | None:
+    return None if session.editing.offer is not None else "There are no edits from before."
 
 
 def _drafted(session: Session) -> str | None:
@@ -72,12 +78,14 @@ EDITING = (
     Action("edit-split-at", "Split it where you click", ("U",), ask.PickNext(Picking.PLACE), _refusal(EditKind.SPLIT)),
     _of("merge", EditKind.MERGE, "Merge the spline with the target", "m"),
     _of("pin", EditKind.PIN, "Pin the pose or the spline where it is", "p"),
-    Action("edit-loop", "Close a loop: choose the other key scan", ("y",), ask.PickNext(Picking.LOOP), _editable),
+    Action("edit-loop", "Close a loop: choose the other key scan", ("y",), ask.PickNext(Picking.LOOP), _posed),
     _of("drop-loop", EditKind.DROP_LOOP, "Drop the selected loop closure", "Y"),
     Action("edit-accept", "Accept the proposed edit", ("Enter",), ask.AcceptEdits(), _proposed),
     Action("edit-cancel", "Cancel the proposed edit", (), ask.DropProposal(), _proposed),
     Action("undo", "Undo the last edit", ("Ctrl+z",), ask.Undo(), _undo),
     Action("redo", "Redo", ("Ctrl+Shift+z", "Ctrl+y"), ask.Redo(), _redo),
+    Action("edits-take-up", "Go on with the edits from before", (), ask.TakeUpEdits(True), _offered),
+    Action("edits-set-aside", "Set the edits from before aside", (), ask.TakeUpEdits(False), _offered),
 )
 
 
@@ -87,6 +95,15 @@ def _doubts(session: Session) -> str | None:
 
 def _doubted(session: Session) -> str | None:
     return None if session.editing.doubts.current is not None else "Go to a doubtful decision first."
+
+
+def _lost(session: Session) -> str | None:
+    return None if session.lost_scans else "No scan was lost."
+
+
+def _to_lost(session: Session) -> ask.Command:
+    after = next_lost(session.lost_scans, session.cursor)
+    return ask.Seek(session.cursor if after is None else after)
 
 
 MARKS = {"key": "key scan", "new": "scan that started a spline", "loop": "loop closure", "gated": "gated-out match"}
@@ -109,6 +126,8 @@ FINDING = (
     Action("doubt-right", "The decision is right: take it out of the queue", (";",), ask.SettleDoubt(True), _doubted),
     Action("doubt-overrule", "Overrule the doubtful decision", (":",), ask.SettleDoubt(False), _doubted),
     *_marks(),
+    Action("next-lost", "Next stretch of lost scans", ("Alt+o",), _to_lost, _lost, repeats=True),
+    Action("previous-lost", "The lost scan before", ("Alt+Shift+o",), ask.SeekMark("lost", -1), _lost, repeats=True),
 )
 GHOST = (
     _ghost("left", "Ghost scan to the left", "Ctrl+ArrowLeft", x=-STEP),

@@ -6,13 +6,15 @@ import numpy as np
 import viser
 
 from splinescope import table
-from splinescope.commands import CompareWith, DeleteResult, Seek, ShowResult
+from splinescope.commands import CompareWith, ShowResult
 from splinescope.comparison import FIGURES, choices, differences, figures, largest_pose_difference
-from splinescope.panels.panel import Post, on_change, on_press
+from splinescope.panels.action_row import Buttons, action_row
+from splinescope.panels.panel import Post, on_change
 from splinescope.result import Result, Results
 from splinescope.session import Session
 
 NOTHING: str = "no other"
+WAYS: Buttons = {"Largest difference": "result-apart", "Swap the two": "result-swap", "Delete it": "result-delete"}
 NOTES = (
     "ATE: error of the positions against the truth. Pose NEES / 3: errors measured by the covariances; 1 is honest, "
     "more is overconfident."
@@ -20,47 +22,28 @@ NOTES = (
 
 
 class ComparePanel:
-    """Two choices, the table of differences, and where the two differ most."""
+    """Two choices, what can be done with them, and the table of differences."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._post = post
-        self._results = Results()
         self._shown = gui.add_dropdown("Shown (solid)", (NOTHING,))
         self._compared = gui.add_dropdown("Over it (dashed)", (NOTHING,))
         self._text = gui.add_html("")
-        self._go = gui.add_button("Go to the largest difference", icon=viser.Icon.TARGET, visible=False)
-        self._swap = gui.add_button("Swap the two", icon=viser.Icon.SWITCH_HORIZONTAL, color="gray", visible=False)
-        self._delete = gui.add_button("Delete the one over it", icon=viser.Icon.TRASH, color="gray", visible=False)
         on_change(self._shown, lambda: self._show(self._shown.value))
         on_change(self._compared, lambda: post(CompareWith(number_of(self._compared.value))))
-        on_press(self._go, self._seek)
-        on_press(self._swap, lambda: self._show(self._compared.value))
-        on_press(self._delete, self._forget)
 
     def refresh(self, session: Session) -> None:
-        self._results = results = session.results
+        results = session.results
         labels = tuple(result.label for result in results.all)
         _offer(self._shown, labels or (NOTHING,), results.shown)
         _offer(self._compared, (NOTHING, *labels), results.compared)
-        self._text.content = table.block(*report(results))
+        self._text.content = table.block(action_row(session, WAYS), *report(results))
         self._shown.disabled = self._compared.disabled = session.busy
-        for button in (self._go, self._swap, self._delete):
-            button.visible, button.disabled = results.compared is not None, session.busy
 
     def _show(self, label: str) -> None:
         number = number_of(label)
         if number is not None:
             self._post(ShowResult(number))
-
-    def _seek(self) -> None:
-        shown, compared = self._results.shown, self._results.compared
-        most = largest_pose_difference(shown, compared) if shown is not None and compared is not None else None
-        if most is not None:
-            self._post(Seek(most.scan))
-
-    def _forget(self) -> None:
-        if self._results.compared is not None:
-            self._post(DeleteResult(self._results.compared.number))
 
 
 def _offer(dropdown: viser.GuiDropdownHandle[str], labels: tuple[str, ...], chosen: Result | None) -> None:

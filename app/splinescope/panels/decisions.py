@@ -7,31 +7,36 @@ import viser
 
 from bspline_slam.association import Association
 from splinescope import table
-from splinescope.commands import Select, ShowObservation
 from splinescope.palette import VERDICT_STYLES, Glyph
-from splinescope.panels.panel import Post, on_press
+from splinescope.panels.action_row import Buttons, action_row
+from splinescope.panels.panel import Post
 from splinescope.session import Session
-from splinescope.view import ScanView, Selection
+from splinescope.view import ScanView
 
-HEADERS = ("", "Seg", "Beams", "Spline", "Verdict", "RMS / gate", "Runner-up")
+ROW = "segment"
+"""Name of a row in what the page tells of clicks."""
+WAYS: Buttons = {
+    "Next segment": "next-segment",
+    "Before": "previous-segment",
+    "Its spline": "spline-of-segment",
+    "All": "all-pieces",
+    "Next key scan": "next-key",
+}
+HEADERS = ("Seg", "Beams", "Spline", "Verdict", "RMS / gate", "Runner-up")
 GLYPHS = {Glyph.CIRCLE: "○", Glyph.CHEVRONS: "»", Glyph.PLUS: "+", Glyph.CROSS: "✕", Glyph.BAR: "–"}
 
 
 class DecisionsPanel:
-    """A table of the associations; a segment can be selected by its number."""
+    """A table of the associations; a click on a row selects its segment."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html("")
-        self._segment = gui.add_number("Segment", 0, min=0, step=1)
-        button = gui.add_button("Select the segment")
-        on_press(button, lambda: post(Select(Selection("segment", int(self._segment.value)))))
-        steps = gui.add_button("Step through an observation", hint="Key s", color="gray")
-        on_press(steps, lambda: post(ShowObservation(True)))
 
     def refresh(self, session: Session) -> None:
         chosen = session.selection
         segment = chosen.id if chosen is not None and chosen.kind == "segment" else None
-        self._text.content = table.block(*decisions(session.scan_view, segment))
+        buttons = action_row(session, WAYS)
+        self._text.content = table.block(buttons, *decisions(session.scan_view, segment))
 
 
 def decisions(scan: ScanView | None, segment: int | None) -> list[str]:
@@ -45,10 +50,9 @@ def decisions(scan: ScanView | None, segment: int | None) -> list[str]:
         ]
     if not scan.associations:
         return [table.paragraph(f"Key scan {scan.scan.index} has no segment that could be associated.")]
-    marked = [number for number, a in enumerate(scan.associations) if a.segment == segment]
     return [
         table.paragraph(f"Key scan {scan.scan.index}: {len(scan.associations)} decisions; distances in mm."),
-        table.table(HEADERS, map(row, scan.associations), numbers=(1, 2, 3, 5, 6), marked=marked),
+        table.leading(ROW, HEADERS, [(a.segment, row(a), "") for a in scan.associations], selected=segment),
     ]
 
 
@@ -56,8 +60,7 @@ def row(association: Association) -> tuple[str, ...]:
     """One decision as the texts of its columns."""
     second = association.runner_up
     return (
-        GLYPHS[VERDICT_STYLES[association.verdict].glyph],
-        str(association.segment),
+        f"{GLYPHS[VERDICT_STYLES[association.verdict].glyph]} {association.segment}",
         f"{association.first}–{association.last}",
         "–" if association.spline is None else str(association.spline),
         association.verdict.value + (" by hand" if association.by == "hand" else ""),

@@ -7,15 +7,14 @@ from datetime import datetime
 
 import numpy as np
 
-from bspline_slam.association import Association
 from bspline_slam.edits.explain import Explanation, Fate
 from bspline_slam.edits.history import Accepted, History
 from splinescope import table
 from splinescope.doubts import Doubts
 from splinescope.edit_desk import subject, target
 from splinescope.editing import Editing
-from splinescope.inspector import decision
 from splinescope.session import Session
+from splinescope.subject import NOTHING
 
 STATE, SWITCH, WORST, DOUBT = "edit-state", "edit-switch", "edit-worst", "doubt"
 """Names of rows in what the page tells of clicks."""
@@ -23,37 +22,22 @@ HINT = (
     "Select a segment of a key scan, a spline, a key pose or a loop closure; drag with Shift to select many pieces. "
     "What you propose is drawn dashed over the map before you accept it."
 )
+ON_ITS_WAY = "The exact map is on its way; what you see is nearly it."
 
 
 def selected(session: Session) -> list[str]:
-    """What is selected, as the subject of an edit."""
+    """What an edit would be about, where that is more than what is selected."""
     found, chosen = subject(session), target(session)
-    if found.piece is not None:
-        number = found.pieces.index(found.piece) + 1
-        several = f" (piece {number} of {len(found.pieces)}, key v for the next)" if len(found.pieces) > 1 else ""
-        parts = [
-            table.paragraph(f"Scan {found.piece.scan}, segment {found.piece.segment}{several}: {decision(found.piece)}")
-        ]
-    elif found.chosen:
-        rows = [(f"segment {a.segment}, beams {a.first}–{a.last}", decision_in_short(a)) for a in found.chosen]
-        parts = [table.heading(f"{len(found.chosen)} pieces selected"), table.pairs(rows)]
-    elif found.spline is not None:
-        parts = [table.paragraph(f"Spline {found.spline.id}, {found.spline.length:.2f} m.")]
-    elif found.scan is not None:
-        parts = [table.paragraph(f"The pose of key scan {found.scan}.")]
-    elif found.closure is not None:
-        parts = [table.paragraph(f"The loop closure of scans {found.closure[0]} and {found.closure[1]}.")]
-    else:
-        parts = [table.paragraph(HINT, "dim")]
+    if found is NOTHING:
+        return [table.paragraph(HINT, "dim")]
+    said = ""
+    if found.piece is not None and len(found.pieces) > 1:
+        piece, number = found.piece, found.pieces.index(found.piece) + 1
+        said = f"Piece {number} of {len(found.pieces)}: beams {piece.first}–{piece.last}. "
     if chosen is not None:
         others = ", ".join(str(other) for other in found.targets if other != chosen)
-        parts.append(table.paragraph(f"Target: spline {chosen}." + (f" Others near it: {others}." if others else "")))
-    return parts
-
-
-def decision_in_short(piece: Association) -> str:
-    """Which spline a piece was given to."""
-    return piece.verdict.value if piece.spline is None else f"spline {piece.spline}"
+        said += f"Target: spline {chosen}" + (f"; others near it: {others}." if others else ".")
+    return [table.paragraph(said.strip())] if said else []
 
 
 def proposed(editing: Editing) -> list[str]:
@@ -83,24 +67,27 @@ def proposed(editing: Editing) -> list[str]:
 
 
 def history(history: History) -> list[str]:
-    """Every action, those undone marked; a click on a row goes to the state after it."""
+    """Every action, the newest first, those undone marked; a click on a row goes to the state after it, one on its
+    state switches it off or on."""
     if not history.entries:
         return [table.paragraph("No edit was made yet.", "dim")]
     states = history.states
-    rows = [(0, ("0", "as the estimator made it", ""), "")]
+    rows = [(0, ("0 As the estimator made it", ""), "")]
     for place, entry in enumerate(history.entries, 1):
         undone = place > history.cursor
         if isinstance(entry, Accepted):
-            state = "undone" if undone else "on" if states[entry.number] else "off"
+            state = "undone" if undone else switch(entry.number, states[entry.number])
             when = datetime.fromtimestamp(entry.action.time).strftime("%H:%M")
-            rows.append((place, (str(place), f"{entry.action.name} ({when})", state), ""))
+            rows.append((place, (f"{place} {entry.action.name} ({when})", state), ""))
         else:
             words = f"Switch action {_place_of(history, entry.number)} {'on' if entry.on else 'off'}"
-            rows.append((place, (str(place), words, "undone" if undone else ""), ""))
-    return [
-        table.paragraph("Click an action to go to the state after it.", "dim"),
-        table.leading(STATE, ("", "Action", ""), rows, selected=history.cursor),
-    ]
+            rows.append((place, (f"{place} {words}", "undone" if undone else ""), ""))
+    return [f'<div class="past">{table.leading(STATE, ("Action", ""), rows[::-1], selected=history.cursor)}</div>']
+
+
+def switch(number: int, on: bool) -> table.Html:
+    """The state of an action in force; pressed, it changes to the other."""
+    return table.lead(SWITCH, number, "● on" if on else "○ off")
 
 
 def _place_of(history: History, number: int) -> int:
@@ -109,14 +96,20 @@ def _place_of(history: History, number: int) -> int:
     return places.get(number, 0)
 
 
-def switches(history: History) -> list[str]:
-    """The accepted actions in force and out of it; a click switches one."""
-    states = history.states
-    entries = [entry for entry in history.entries[: history.cursor] if isinstance(entry, Accepted)]
-    rows = [(entry.number, ("● on" if states[entry.number] else "○ off", entry.action.name), "") for entry in entries]
-    if not rows:
+SIGNS = {Fate.FOLLOWED: "✓", Fate.OUTVOTED: "✕", Fate.SKIPPED: "–"}
+
+
+def verdict(editing: Editing) -> list[str]:
+    """What became of the last edit in force, in one sentence."""
+    told = editing.explanation
+    if editing.making:
+        return [table.paragraph(ON_ITS_WAY, "dim")]
+    if told is None or not told.outcomes:
         return []
-    return [table.heading("Switch off and on"), table.leading(SWITCH, ("", ""), rows)]
+    last, change = told.outcomes[-1], sum(told.after.values()) - sum(told.before.values())
+    away = 1000 * float(told.moves.max(initial=0.0))
+    all_in_all = f"All in all the cost changes by {change:+,.1f} and a pose moves by {away:.1f} mm at most."
+    return [table.paragraph(f"{SIGNS[last.fate]} The last one was {last.fate.value}. {last.sentence} {all_in_all}")]
 
 
 DOUBTS_SHOWN = 8
@@ -147,9 +140,8 @@ def explanation(told: Explanation | None, names: tuple[str, ...]) -> list[str]:
 
 
 def _fates(told: Explanation, names: tuple[str, ...]) -> Iterator[str]:
-    signs = {Fate.FOLLOWED: "✓", Fate.OUTVOTED: "✕", Fate.SKIPPED: "–"}
     rows = [
-        (f"{signs[outcome.fate]} {outcome.fate.value}", name, outcome.sentence)
+        (f"{SIGNS[outcome.fate]} {outcome.fate.value}", name, outcome.sentence)
         for name, outcome in zip(names, told.outcomes, strict=False)
     ]
     yield table.heading("What became of each edit")

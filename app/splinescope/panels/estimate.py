@@ -8,6 +8,7 @@ import viser
 from splinescope import table
 from splinescope.activity import Work, duration
 from splinescope.commands import Choose
+from splinescope.estimation import by_hand_in_words
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.panel import Post, on_change
 from splinescope.panels.status import doing
@@ -30,6 +31,7 @@ ABOUT_MODELS = {
     "chord-length": "The published observation: whole control points, at chord-length parameters.",
 }
 ROUNDS = "Each round finds anew which beams belong to which point of a curve; there the cost may jump."
+SOLVES_EDITED = "Solving this map again solves it with its {}, by the estimator chosen here."
 GREY = "#888888"
 
 
@@ -103,6 +105,8 @@ def report(session: Session) -> list[str]:
         return [table.paragraph(doing(session) + (f" · cost {session.costs[-1]:,.1f}" if solving else ""))]
     refusals = dict.fromkeys(refusal for refusal in (session.run_refusal, session.refusal) if refusal is not None)
     parts = [table.paragraph(refusal, "dim") for refusal in refusals]
+    if session.result is not None and (by_hand := session.results.run_behind(session.result).edits):
+        parts.append(table.paragraph(SOLVES_EDITED.format(by_hand_in_words(len(by_hand))), "dim"))
     if session.solution is not None and session.result is not None:
         parts += [table.heading(f"Result {session.result.label}"), table.pairs(figures(session.solution))]
     return parts

@@ -1,4 +1,4 @@
-"""The inspector: what the selected thing is, its numbers and its history."""
+"""What it is about, always in sight: the proposed edit, else the ruler, else what is selected, with its buttons."""
 
 from __future__ import annotations
 
@@ -6,42 +6,64 @@ import viser
 
 from splinescope import table
 from splinescope.inspector import Description, describe
-from splinescope.panels.action_button import ActionButton
+from splinescope.panels import edit_lists
+from splinescope.panels.action_row import Buttons, action_row
 from splinescope.panels.panel import Post
+from splinescope.panels.ruler import reading
 from splinescope.session import Session
 
 HINT = "Click a segment, a curve, a control point or a key pose in the map to see what it is. Press ? for the keys."
+ACCEPT: Buttons = {"Accept ⏎": "edit-accept", "Cancel Esc": "leave"}
+MATCH: Buttons = {"Match it": "ghost-match", "Cancel Esc": "leave"}
+PICK: Buttons = {"Cancel Esc": "leave"}
+RULER: Buttons = {"Put the ruler away": "leave"}
+CHOSEN: Buttons = {"Clear": "leave", "Its observation": "observation", "Measure": "measure"}
+NOTHING: Buttons = {"Measure between two things": "measure"}
 
 
 class InspectorPanel:
-    """Shows one thing at a time."""
+    """Shows one thing at a time; as tall for each, so that what is below stays where it is."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html(table.block(table.paragraph(HINT, "dim")))
-        self._clear = ActionButton(gui, post, "leave", words="Clear the selection")
-        self._steps = ActionButton(gui, post, "observation", words="Step through its observation")
 
     def refresh(self, session: Session) -> None:
-        self._clear.handle.visible = session.selection is not None
-        self._steps.handle.visible = can_be_observed(session)
-        if session.selection is None:
-            self._text.content = table.block(table.paragraph(HINT, "dim"))
-            return
-        found = describe(session.selection, session.scan_view, session.map_view, session.findings.steps)
-        self._text.content = table.block(*parts(found))
+        self._text.content = table.block(*shown(session))
 
 
-def can_be_observed(session: Session) -> bool:
-    """Whether a segment of a key scan is selected and is not being stepped through yet."""
-    chosen, scan = session.selection, session.scan_view
-    return not session.observing and chosen is not None and chosen.kind == "segment" and scan is not None and scan.key
+def shown(session: Session) -> list[str]:
+    """The thing in question and what can be done with it, as HTML parts."""
+    editing = session.editing
+    if editing.proposal is not None:
+        return framed(edit_lists.proposed(editing), action_row(session, ACCEPT, strong="edit-accept"))
+    if editing.draft is not None:
+        return framed(edit_lists.proposed(editing), action_row(session, MATCH, strong="ghost-match"))
+    if editing.picking is not None:
+        return framed(edit_lists.proposed(editing), action_row(session, PICK))
+    if session.ruler is not None:
+        return framed(reading(session.ruler), action_row(session, RULER))
+    if session.selection is None:
+        return [table.paragraph(HINT, "dim"), action_row(session, NOTHING)]
+    found = describe(session.selection, session.scan_view, session.map_view, session.findings.steps)
+    return framed(parts(found), action_row(session, CHOSEN))
+
+
+def framed(text: list[str], buttons: str) -> list[str]:
+    """A text that is scrolled where it is long, above buttons that stay."""
+    return [f'<div class="peek"><div tabindex="0">{"".join(text)}</div>{buttons}</div>']
 
 
 def parts(found: Description) -> list[str]:
     """A description as HTML parts."""
-    out = [table.heading(found.title), table.paragraph(found.sentence)]
+    out = [table.heading(found.title)]
+    if found.decisions:
+        out.append(table.bullets(found.decisions))
+    else:
+        out.append(table.paragraph(found.sentence))
     if found.rows:
         out.append(table.pairs(found.rows))
+    if found.decisions:
+        out.append(table.paragraph(found.sentence, "dim"))
     if found.history:
         out += [table.heading("History"), table.bullets(found.history)]
     return out

@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import viser
 
 from bspline_slam.measuring import Measurement
 from splinescope import table
-from splinescope.panels.action_button import ActionButton
-from splinescope.panels.panel import Post
 from splinescope.ruler import Ruler, in_words
-from splinescope.session import Session
 
 FIRST = "Click the first thing: a place on a curve, a control point or a key pose. With keys: select, then Shift + M."
 SECOND = "Now the second thing."
 MEANING = "σ is that of the joint covariance: what two things have in common does not count. Esc puts the ruler away."
-
-
-class RulerPanel:
-    """A button that takes the ruler out, and what it reads."""
-
-    def __init__(self, gui: viser.GuiApi, post: Post) -> None:
-        self._start = ActionButton(gui, post, "measure", color="gray", icon=viser.Icon.RULER_MEASURE)
-        self._text = gui.add_html("", visible=False)
-
-    def refresh(self, session: Session) -> None:
-        ruler = session.ruler
-        self._start.refresh(session)
-        self._start.handle.visible, self._text.visible = ruler is None, ruler is not None
-        if ruler is not None:
-            self._text.content = table.block(*reading(ruler))
 
 
 def reading(ruler: Ruler) -> list[str]:

@@ -18,7 +18,6 @@ from splinescope.panels.log_side import LogSide
 from splinescope.panels.lost import LostPanel
 from splinescope.panels.observation import ObservationPanel
 from splinescope.panels.panel import Panel, Post
-from splinescope.panels.ruler import RulerPanel
 from splinescope.panels.status import StatusPanel
 from splinescope.panels.style import STYLE
 from splinescope.panels.timeline import TimelinePanel
@@ -33,10 +32,7 @@ class SideBar:
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         gui.add_html(STYLE)
-        self._panels: list[Panel] = [StatusPanel(gui, post)]
-        with gui.add_folder("Selected"):
-            self._panels.append(InspectorPanel(gui, post))
-            self._panels.append(RulerPanel(gui, post))
+        self._panels: list[Panel] = [StatusPanel(gui, post), InspectorPanel(gui, post)]
         tabs = gui.add_tab_group()
         with tabs.add_tab("Scan"):
             self._panels.append(DecisionsPanel(gui, post))

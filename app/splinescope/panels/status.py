@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import viser
 
 from splinescope import table
 from splinescope.activity import Activity, Work, duration
-from splinescope.panels.action_button import ActionButton
+from splinescope.panels.action_row import button
 from splinescope.panels.panel import Post
 from splinescope.session import Session
 
@@ -18,36 +20,34 @@ class StatusPanel:
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._text = gui.add_html(table.block(table.paragraph("Opening a log…")))
-        self._bar = gui.add_progress_bar(0.0, visible=False)
-        self._cancel = ActionButton(gui, post, "cancel", words="Cancel", icon=viser.Icon.PLAYER_STOP, color="gray")
-        self._cancel.handle.visible = False
 
     def refresh(self, session: Session) -> None:
-        activity = session.activity
-        fraction = activity.fraction if activity is not None else None
         self._text.content = table.block(*headline(session), *map(trouble, session.troubles))
-        self._bar.visible = activity is not None or session.opening is not None
-        self._bar.animated = fraction is None
-        self._bar.value = round(100.0 * (1.0 if fraction is None else fraction), 1)
-        self._cancel.refresh(session)
-        self._cancel.handle.visible = self._bar.visible
 
 
 def headline(session: Session) -> list[str]:
-    """The log and the job, as HTML parts."""
-    parts = []
-    if session.log is not None:
-        parts.append(table.heading(session.title))
-    if session.opening is not None:
-        parts.append(table.paragraph(f"Opening {session.opening.title or session.opening.path.name}…"))
-    elif session.activity is not None:
-        parts.append(table.paragraph(doing(session)))
-        if session.activity.work is Work.PROCESSING:
-            parts.append(table.paragraph(WHAT_HAPPENS, "dim"))
-            parts.append(table.paragraph(adjusted(session.activity), "dim"))
-    elif session.log is None:
-        parts.append(table.paragraph("No log is open. Choose one under Log."))
+    """The log and the job, as HTML parts; as tall with a job beside the map as without."""
+    activity, opening = session.activity, session.opening
+    if activity is None and opening is None and session.log is None:
+        return [table.paragraph("No log is open. Choose one under Log.")]
+    busy = activity is not None or opening is not None
+    parts = [head(session, busy), meter(activity.fraction if activity is not None else None, busy)]
+    if opening is None and activity is not None and activity.work is Work.PROCESSING:
+        parts += [table.paragraph(WHAT_HAPPENS, "dim"), table.paragraph(adjusted(activity), "dim")]
     return parts
+
+
+def head(session: Session, busy: bool) -> str:
+    """The name of the log, and what is being done with a button that ends it, in one row."""
+    name = f"<b>{escape(session.title)}</b>" if session.log is not None else ""
+    job = f"<span>{escape(status_line(session))}</span>{button(session, 'Cancel', 'cancel')}" if busy else ""
+    return f'<div class="head">{name}{job}</div>'
+
+
+def meter(fraction: float | None, busy: bool) -> str:
+    """How far a job is, as a thin line: all of it where that is not known, none of it without a job."""
+    done = 100.0 * (1.0 if fraction is None else fraction) if busy else 0.0
+    return f'<div class="meter"><i style="width:{done:.0f}%"></i></div>'
 
 
 def status_line(session: Session) -> str:

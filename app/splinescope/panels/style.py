@@ -27,6 +27,24 @@ TEXTS = """
 .ss .drawing{display:block;width:100%;margin:4px 0}
 .ss .keys{font-size:11px;line-height:1.3}
 .ss .keys td{padding:0 4px;border:0}
+.ss .acts{display:flex;flex-wrap:wrap;align-items:center;gap:4px;margin:5px 0 6px}
+.ss .acts>span{width:50px;opacity:.72}
+.ss .act{all:unset;box-sizing:border-box;padding:2px 8px;border:1px solid #3c8fc4;border-radius:5px;cursor:pointer}
+.ss .act:hover{background:#0072b244}
+.ss .act:focus-visible{outline:2px solid #e69f00}
+.ss .act.strong{background:#0072b2;border-color:#0072b2;color:#fff}
+.ss .act[aria-disabled]{border:1px dashed #8888;background:none;color:inherit;opacity:.45;cursor:not-allowed}
+.ss .peek{display:flex;flex-direction:column;height:clamp(176px,25vh,290px)}
+.ss .peek>div:first-child{flex:1;overflow:auto;scrollbar-width:thin}
+.ss .peek>div:first-child>p:first-child{margin-top:0}
+.ss .past{max-height:96px;overflow:auto;scrollbar-width:thin}
+.ss .past td:first-child{white-space:normal}
+.ss .head{display:flex;align-items:baseline;gap:8px;min-height:24px}
+.ss .head :is(b,span){overflow:hidden;text-overflow:ellipsis;white-space:nowrap}
+.ss .head b{flex:none;max-width:50%}
+.ss .head span{flex:1;text-align:right;opacity:.72}
+.ss .meter{height:3px;margin:2px 0 6px;border-radius:2px;overflow:hidden}
+.ss .meter i{display:block;height:100%;background:#0072b2}
 .ss kbd{border:1px solid #8888;border-radius:3px;padding:0 4px;white-space:nowrap;font-family:inherit}
 """
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bspline_slam.adjustment import with_estimate
+from bspline_slam.adjustment import usual_records, with_estimate
 from bspline_slam.backends import Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.edits.decisions import Decisions
@@ -35,7 +35,7 @@ from bspline_slam.edits.loop_edits import close_loop, drop_loop, moved_poses, pi
 from bspline_slam.edits.piece_edits import forbid, force, ignore, make_new, split_segment
 from bspline_slam.edits.problem import FAR, Changes, changed_graph, held_by_hand, linearised, moved_units
 from bspline_slam.edits.spline_edits import merge_splines, pin_spline, split_spline
-from bspline_slam.errors import Cancelled, EditError
+from bspline_slam.errors import Cancelled, EditError, SolverError
 from bspline_slam.sights import collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
 from bspline_slam.spline_map import SplineMap
@@ -78,6 +78,22 @@ def amended(
     decisions, estimate = settled(ground, decisions, progress, cancelled)
     after = replace(decisions, touched=frozenset(), reshaped=frozenset())
     return Amended(_snapshot(base, decisions, estimate), skipped, replace(ground, decisions=after, estimate=estimate))
+
+
+def solved_again(
+    amended: Snapshot, name: str, progress: StageProgress = quiet, cancelled: Cancelling = never
+) -> Snapshot:
+    """A result with edits, the problem that these left solved by the back end `name`. Its beams are not sought anew on
+    the curves, for some are held where a person put them. Raises SolverError, Cancelled."""
+    if amended.estimate is None:
+        raise SolverError("edits amend a finished map, and this one was never adjusted")
+    usual = usual_records(name, len(amended.key_scans))
+
+    def note(record: IterationRecord) -> None:
+        progress("adjustment", min(record.index, usual - 1) / usual, record)
+
+    estimate = back_end(name).solve(amended.estimate.graph, progress=note, cancelled=cancelled)
+    return _snapshot(amended, _moved(Decisions.of(amended), estimate), estimate)
 
 
 # -- decisions -----------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
-from bspline_slam.edits.amend import Amended, amended
+from bspline_slam.edits.amend import Amended, amended, solved_again
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
@@ -230,3 +230,22 @@ def test_the_published_model_takes_edits_too() -> None:
     result = made(base, config, Ignore(*where(piece)))
     assert [a.spline for a in told(result, piece)] == [None]
     assert largest_move(base, result.snapshot) < 0.1
+
+
+@pytest.mark.parametrize("name", ["direct", "sam"])
+def test_another_back_end_finds_the_same_optimum_of_what_edits_left(
+    base: Snapshot, config: SlamConfig, name: str
+) -> None:
+    piece = longest_piece(base)
+    x, y, heading = (base.steps[11].pose + np.array([0.01, 0.0, 0.0])).tolist()
+    by_hand = made(base, config, Ignore(*where(piece)), PinPose(piece.scan, (x, y, heading))).snapshot
+    again = solved_again(by_hand, name)
+    assert [step.associations for step in again.steps] == [step.associations for step in by_hand.steps]
+    assert largest_move(by_hand, again) < 1e-5
+    assert again.estimate is not None and by_hand.estimate is not None
+    assert again.estimate.chi2 == pytest.approx(by_hand.estimate.chi2, rel=1e-6)
+
+
+def test_only_a_solved_map_can_be_solved_again(base: Snapshot) -> None:
+    with pytest.raises(SolverError, match="never adjusted"):
+        solved_again(replace(base, estimate=None), "direct")
