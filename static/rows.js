@@ -4,12 +4,25 @@
 import { perform } from "./actions.js";
 import { send } from "./channel.js";
 
-function clicked(event) {
-  const found = event.target.closest?.("[data-row], [data-action]");
-  if (found?.dataset.action) perform(found.dataset.action);
-  else if (found) send("row", { name: found.dataset.row, number: Number(found.dataset.number) });
+const find = (event) => event.target.closest?.("[data-row], [data-action]");
+
+function act({ action, row, number }) {
+  if (action) perform(action);
+  else send("row", { name: row, number: Number(number) });
+}
+
+let pressed = null;
+
+// A panel that is drawn anew between press and release takes its button along, and no click comes of it: what is there
+// now counts, if it is the same.
+function released(event) {
+  const [before, now] = [pressed, find(event)];
+  pressed = null;
+  if (before && now && !before.isConnected && before.outerHTML === now.outerHTML) act(now.dataset);
 }
 
 export function start() {
-  document.addEventListener("click", clicked);
+  document.addEventListener("pointerdown", (event) => (pressed = find(event)));
+  document.addEventListener("pointerup", released);
+  document.addEventListener("click", (event) => find(event) && act(find(event).dataset));
 }

@@ -39,6 +39,15 @@ class Camera:
                 self._placed.add(each.client_id)
                 self._page.look(place, each)
 
+    def lead(self, wanted: Bounds, client: int | None = None) -> None:
+        """Let one page, or every page, look at this; a page that sees it near enough stays where it is."""
+        for each in self._page.server.get_clients().values():
+            viewport = self._page.viewport_of(each) if client in (None, each.client_id) else None
+            if viewport is not None and (scale := nearer(wanted, viewport)) is not None:
+                self._placed.add(each.client_id)
+                middle = (0.5 * (wanted[0] + wanted[2]), 0.5 * (wanted[1] + wanted[3]))
+                self._page.look((*middle, scale), each, glide=True)
+
     def welcome(self, wanted: Bounds) -> None:
         """Show all of it in pages that have come since the last time."""
         for client in self._page.server.get_clients().values():
@@ -58,11 +67,11 @@ class Camera:
             self._fit(client, wanted)
 
     def _untouched(self) -> list[tuple[viser.ClientHandle, Bounds]]:
-        """Pages that still see the whole of what they were last shown, and what that was."""
+        """Pages that see what they were last shown, or are on the way there, and what that was."""
         pages = []
         for client in self._page.server.get_clients().values():
-            seen, fitted = self._page.bounds_of(client), self._fitted.get(client.client_id)
-            if seen is not None and fitted is not None and contains(seen, fitted):
+            viewport, fitted = self._page.viewport_of(client), self._fitted.get(client.client_id)
+            if viewport is not None and viewport.fitted and fitted is not None:
                 pages.append((client, fitted))
         return pages
 
@@ -121,6 +130,14 @@ def widened(bounds: Bounds, share: float) -> Bounds:
     """The rectangle with this share of its size more on every side."""
     air_x, air_y = share * (bounds[2] - bounds[0]), share * (bounds[3] - bounds[1])
     return bounds[0] - air_x, bounds[1] - air_y, bounds[2] + air_x, bounds[3] + air_y
+
+
+def nearer(wanted: Bounds, viewport: Viewport) -> float | None:
+    """The scale (m per pixel) at which a page shows a rectangle well; None for one that does, at a scale no more than
+    twice as large."""
+    good = 2.0 * max((wanted[2] - wanted[0]) / viewport.width, (wanted[3] - wanted[1]) / viewport.height)
+    near = 0.5 * good <= viewport.metres_per_pixel <= 2.0 * good
+    return None if near and contains(viewport.bounds, wanted) else good
 
 
 def strayed(robot: Float[np.ndarray, "3"], viewport: Viewport) -> bool:

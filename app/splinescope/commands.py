@@ -429,6 +429,11 @@ class SeekMark:
 
 
 @dataclass(frozen=True, slots=True)
+class LookThere:
+    """Let the page that asks look at what is selected, or at the scan shown."""
+
+
+@dataclass(frozen=True, slots=True)
 class ShowWorst:
     """Go to the residual of this place in the list of the worst."""
 
@@ -497,5 +502,6 @@ Command = (
     | ShowDoubt
     | SettleDoubt
     | SeekMark
+    | LookThere
     | ShowWorst
 )

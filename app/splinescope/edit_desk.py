@@ -14,8 +14,9 @@ from splinescope.editing import Editing, Picking
 from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
 from splinescope.notice import Notice
+from splinescope.page_values import Bounds
 from splinescope.picking import nearest_key_pose, nearest_spline
-from splinescope.pieces import name_of_piece
+from splinescope.pieces import name_of_piece, points_of
 from splinescope.subject import EditKind, Subject, edits_for
 from splinescope.view import GhostView, Piece, Selection
 
@@ -75,6 +76,8 @@ def apply(session: Session, command: ask.Command) -> bool:
             editing.match_draft()
         case ask.ShowWorst(number=number):
             _show_worst(session, number)
+        case ask.LookThere():
+            session.look_wanted = surroundings(session)
         case ask.StepDoubt(by=by):
             editing.doubts = editing.doubts.stepped(by)
             _show_doubt(session)
@@ -202,6 +205,7 @@ def _show_worst(session: Session, number: int) -> None:
     worst = explanation.worst[number]
     session.apply(ask.Seek(worst.scan))
     session.apply(ask.Select(_selection_of(session, worst)))
+    session.apply(ask.LookThere())
 
 
 def _show_doubt(session: Session) -> None:
@@ -217,6 +221,31 @@ def _show_doubt(session: Session) -> None:
     elif doubt.piece is not None:
         session.apply(ask.Select(Selection("segment", doubt.piece.segment)))
         _look_at_piece(session, (doubt.piece.segment, doubt.piece.first, doubt.piece.last))
+    session.apply(ask.LookThere())
+
+
+AROUND = 1.0
+"""So much (m) of what lies around a thing is shown with it."""
+
+
+def surroundings(session: Session) -> Bounds | None:
+    """The rectangle around what is selected, or else around the robot; None where nothing is shown."""
+    scan, found, chosen, world = session.scan_view, session.subject, session.selection, session.map_view
+    if scan is None or world is None:
+        return None
+    points = [scan.pose[None, :2]]
+    if found.chosen:
+        points = [points_of(name_of_piece(piece), scan) for piece in found.chosen]
+    elif found.spline is not None:
+        points = [found.spline.sample(0.2)[1]]
+    elif chosen is not None and chosen.kind == "closure" and chosen.id < len(world.loop_closures):
+        closure, poses = world.loop_closures[chosen.id], dict(zip(world.key_scans, world.key_poses, strict=False))
+        points = [poses[end][None, :2] for end in (closure.earlier, closure.scan) if end in poses]
+    elif found.pose is not None:
+        points = [found.pose[None, :2]]
+    together = np.concatenate(points)
+    (left, low), (right, high) = together.min(axis=0) - AROUND, together.max(axis=0) + AROUND
+    return float(left), float(low), float(right), float(high)
 
 
 def _settle_doubt(session: Session, right: bool) -> None:

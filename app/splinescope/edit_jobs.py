@@ -50,27 +50,40 @@ MOST_ROWS = 6
 KEPT = 8
 """So many states are remembered: to undo and to redo takes no time."""
 MOVED = 1e-3
-"""A spline that moves by less than this (m) is not in the ghost."""
+"""What moves by less than this (m) is not in the ghost."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solved:
+    """A result with edits, and what the solver did with them."""
+
+    edits: tuple[Edit, ...]
+    amended: Amended
+    explanation: Explanation | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Made:
     """A result with edits, and the footing that more edits start from."""
 
-    edits: tuple[Edit, ...]
-    amended: Amended
+    solved: Solved
     footing: Footing
-    explanation: Explanation | None
+
+    @property
+    def amended(self) -> Amended:
+        return self.solved.amended
 
 
 class Jobs:
-    """Does one request after the other. State: the automatic result, and the latest results with edits."""
+    """Does one request after the other. State: the automatic result, the latest results with edits, and the edits that
+    were looked at last with the ghost of what they do."""
 
     def __init__(self, send: Callable[[Message], None]) -> None:
         self._send = send
         self._base: Snapshot | None = None
         self._config = SlamConfig()
         self._made: OrderedDict[tuple[Edit, ...], Made] = OrderedDict()
+        self._looked_at: tuple[FindPreview, Ghost] | None = None
 
     def do(self, request: EditRequest, cancelled: Callable[[], bool]) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -83,13 +96,14 @@ class Jobs:
             case Prepare(kept=kept, config=config):
                 self._base, self._config = pickle.loads(kept), config
                 self._made.clear()
+                self._looked_at = None
                 self._state((), cancelled)
                 self._send(DoubtsFound(request.job, doubts(self._whole, config)))
             case FindPreview(in_force=in_force, proposed=proposed):
                 state = self._state(in_force, cancelled)
-                preview(self._whole, state, proposed, lambda p: self._send(PreviewFound(request.job, p)))
-            case MakeEdits(edits=edits):
-                self._make(request.job, edits, cancelled)
+                preview(self._whole, state, proposed, lambda p: self._tell_preview(request, p))
+            case MakeEdits():
+                self._make(request, cancelled)
             case MatchLoop(in_force=in_force, earlier=earlier, scan=scan, guess=guess):
                 decisions = self._state(in_force, cancelled).footing.ground.decisions
                 found = match_loop(decisions, earlier, scan, guess, self._config)
@@ -105,40 +119,60 @@ class Jobs:
             raise EditError("the editor has lost the result that is to be edited")
         return self._base
 
-    def _state(self, edits: tuple[Edit, ...], cancelled: Callable[[], bool]) -> Made:
-        """The result with these edits: remembered, or made."""
-        if edits not in self._made:
+    def _tell_preview(self, request: FindPreview, found: Preview) -> None:
+        if found.ghost is not None:
+            self._looked_at = (request, found.ghost)
+        self._send(PreviewFound(request.job, found))
+
+    def _state(
+        self, edits: tuple[Edit, ...], cancelled: Callable[[], bool], tell: Callable[[Solved], None] = lambda _: None
+    ) -> Made:
+        """The result with these edits: remembered, or made; `tell` is told of it before the rest is made ready."""
+        made = self._made.get(edits)
+        if made is None:
             base, ground = self._whole, self._made[()].footing.ground if self._made else None
             done = amended(base, edits, self._config, cancelled=cancelled, ground=ground)
-            footing = Footing.of(done.ground or ground or Ground.of(base, self._config))
             told = explain(base, done.snapshot, edits, done.skipped, self._config) if edits else None
-            self._made[edits] = Made(edits, done, footing, told)
+            solved = Solved(edits, done, told)
+            tell(solved)
+            made = Made(solved, Footing.of(done.ground or ground or Ground.of(base, self._config)))
+            self._made[edits] = made
+        else:
+            tell(made.solved)
         self._made.move_to_end(edits)
         while len(self._made) > KEPT:
             oldest = next(key for key in self._made if key != ())
             del self._made[oldest]
-        return self._made[edits]
+        return made
 
-    def _make(self, job: int, edits: tuple[Edit, ...], cancelled: Callable[[], bool]) -> None:
-        start = time.monotonic()
+    def _make(self, request: MakeEdits, cancelled: Callable[[], bool]) -> None:
+        job, start = request.job, time.monotonic()
+
+        def tell(solved: Solved) -> None:
+            if cancelled():
+                raise Cancelled("newer edits are on their way")
+            self._send(made_message(job, self._whole, solved, time.monotonic() - start))
+
+        self._glimpse(request)
+        state = self._state(request.edits, cancelled, tell)
+        self._send(DoubtsFound(job, doubts(state.amended.snapshot, self._config)))
+
+    def _glimpse(self, request: MakeEdits) -> None:
+        """The quick answer where there is none better: as it was looked at, or from the nearest state before."""
+        job, edits, shown = request.job, request.edits, self._made.get(request.shown)
+        if self._looked_at is not None:
+            asked, ghost = self._looked_at
+            if asked.in_force == request.shown and (*asked.in_force, *asked.proposed) == edits:
+                self._send(QuickAnswer(job, ghost))
+                return
         known = max(size for size in range(len(edits) + 1) if edits[:size] in self._made or size == 0)
         before, more = self._made.get(edits[:known]), edits[known:]
-        if before is not None and more and not any(isinstance(edit, CloseLoop | DropLoop) for edit in more):
-            self._answer_quickly(job, before, more)
-        state = self._state(edits, cancelled)
-        if cancelled():
-            raise Cancelled("newer edits are on their way")
-        self._send(DoubtsFound(job, doubts(state.amended.snapshot, self._config)))
-        self._send(made_message(job, self._whole, state, time.monotonic() - start))
-
-    def _answer_quickly(self, job: int, before: Made, more: tuple[Edit, ...]) -> None:
-        ground = before.footing.ground
-        decisions, reason = with_edits(ground, more)
+        if before is None or shown is None or not more or any(isinstance(e, CloseLoop | DropLoop) for e in more):
+            return
+        decisions, reason = with_edits(before.footing.ground, more)
         if reason is None:
-            tell = lambda found: self._send(  # noqa: E731
-                QuickAnswer(job, poses_at(before.amended.snapshot, found.decisions), found.decisions.splines)
-            )
-            answer(before.footing, decisions, tell)
+            now = shown.amended.snapshot
+            answer(before.footing, decisions, lambda f: self._send(QuickAnswer(job, ghost_of(now, f.decisions))))
 
 
 def with_edits(ground: Ground, edits: tuple[Edit, ...]) -> tuple[Decisions, str | None]:
@@ -225,7 +259,7 @@ def held_apart(edit: Edit, among: tuple[Edit, ...], decisions: Decisions, config
 
 
 def ghost_of(before: Snapshot, decisions: Decisions) -> Ghost:
-    """What looks different from a result: splines that moved, came, or were drawn anew."""
+    """What looks different from a result: poses and splines that moved, splines that came, were drawn anew or left."""
     now = {spline.id: spline.curve.control_points for spline in before.map}
     different = tuple(
         spline
@@ -234,11 +268,14 @@ def ghost_of(before: Snapshot, decisions: Decisions) -> Ghost:
         or old.shape != spline.curve.control_points.shape
         or np.abs(old - spline.curve.control_points).max() > MOVED
     )
-    return Ghost(poses_at(before, decisions), SplineMap(different))
+    poses = poses_at(before, decisions)
+    moved = np.linalg.norm((poses - before.poses)[:, :2], axis=1).max(initial=0.0) > MOVED
+    gone = tuple(number for number in now if number not in decisions.splines)
+    return Ghost(poses if moved else None, SplineMap(different), gone)
 
 
 # -- results -------------------------------------------------------------------------------------------------------
-def made_message(job: int, base: Snapshot, state: Made, seconds: float) -> EditsMade:
+def made_message(job: int, base: Snapshot, state: Solved, seconds: float) -> EditsMade:
     """The result with edits as the page gets it."""
     after = state.amended.snapshot
     changed = {
@@ -249,7 +286,7 @@ def made_message(job: int, base: Snapshot, state: Made, seconds: float) -> Edits
     return EditsMade(job, for_looking_at(after), changed, state.explanation, solution(base, state, seconds))
 
 
-def solution(base: Snapshot, state: Made, seconds: float) -> Solution | None:
+def solution(base: Snapshot, state: Solved, seconds: float) -> Solution | None:
     """The figures of the solve behind a result with edits."""
     estimate, told = state.amended.snapshot.estimate, state.explanation
     if estimate is None or told is None:

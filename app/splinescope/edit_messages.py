@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -37,10 +37,11 @@ class FindPreview:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MakeEdits:
-    """The result with these edits and no others."""
+    """The result with these edits and no others; just now it is shown with those `shown`."""
 
     job: int
     edits: tuple[Edit, ...]
+    shown: tuple[Edit, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,10 +60,18 @@ EditRequest = Prepare | FindPreview | MakeEdits | MatchLoop
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ghost:
-    """What would look different: the path, and the splines that would move or come."""
+    """What would look different: the path (None: hardly anywhere), the splines that would move or come, and the ids of
+    those that would be gone."""
 
-    poses: Float[np.ndarray, "scans 3"]
+    poses: Float[np.ndarray, "scans 3"] | None
     splines: SplineMap
+    gone: tuple[int, ...] = ()
+
+    def over(self, snapshot: Snapshot) -> Snapshot:
+        """The result that it is the ghost of, as it would look."""
+        poses = snapshot.poses if self.poses is None or self.poses.shape != snapshot.poses.shape else self.poses
+        splines = {spline.id: spline for spline in (*snapshot.map, *self.splines) if spline.id not in self.gone}
+        return replace(snapshot, poses=poses, map=SplineMap(tuple(splines[number] for number in sorted(splines))))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,10 +94,9 @@ class PreviewFound(Message):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class QuickAnswer(Message):
-    """Where the edits take the map, nearly: all poses, and the splines that are not where they were."""
+    """Where the edits take the map, nearly."""
 
-    poses: Float[np.ndarray, "scans 3"]
-    splines: SplineMap
+    ghost: Ghost
 
 
 @dataclass(frozen=True, eq=False, slots=True)

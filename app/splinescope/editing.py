@@ -20,7 +20,6 @@ from bspline_slam.edits.journal import Journal, Origin
 from bspline_slam.errors import EditError
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamStep
-from bspline_slam.spline_map import SplineMap
 from splinescope import edit_messages as told
 from splinescope.doubts import Doubts
 from splinescope.journals import Journals
@@ -40,7 +39,7 @@ class Answering(Protocol):
 
     def prepare(self, kept: bytes, config: SlamConfig) -> int: ...
     def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int: ...
-    def make(self, edits: tuple[Edit, ...]) -> int: ...
+    def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int: ...
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int: ...
     def cancel(self) -> None: ...
 
@@ -54,7 +53,7 @@ class Nobody:
     def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int:
         return 0
 
-    def make(self, edits: tuple[Edit, ...]) -> int:
+    def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int:
         return 0
 
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int:
@@ -71,7 +70,7 @@ class Show(Protocol):
         """This is the result of its number from now on."""
         ...
 
-    def glimpse(self, poses: Float[np.ndarray, "scans 3"], splines: SplineMap) -> None:
+    def glimpse(self, ghost: told.Ghost) -> None:
         """What the map nearly becomes."""
         ...
 
@@ -112,6 +111,7 @@ class Editing:
         self._origin: Origin | None = None
         self._journal: Journal | None = None
         self._jobs: dict[str, int] = {}
+        self._in_map: tuple[Edit, ...] = ()
         self.base: Result | None = None
         self.history = History()
         self.offer: History | None = None
@@ -171,7 +171,7 @@ class Editing:
         if self._journal is not None:
             self._journal.close()
         self._journal, self._origin, self._log, self.base = None, None, None, None
-        self.history, self.offer, self.explanation, self._jobs = History(), None, None, {}
+        self.history, self.offer, self.explanation, self._jobs, self._in_map = History(), None, None, {}, ()
         self.doubts, self._doubts_without = Doubts(), ()
         self.leave()
 
@@ -218,6 +218,8 @@ class Editing:
         else:
             self.leave()
             self._do(Accept(proposal.name, self._now(), proposal.edits))
+            if self.making and proposal.preview is not None and proposal.preview.ghost is not None:
+                self._show.glimpse(proposal.preview.ghost)
 
     # -- history -------------------------------------------------------------------------------------------------
     def undo(self) -> None:
@@ -282,10 +284,12 @@ class Editing:
     def _make(self) -> None:
         """Ask for the map with the edits in force; without any it is the run's own, and there at once."""
         self._editor.cancel()
+        self._jobs.pop("doubts", None)
         self.explanation = None
         if self.history.active or self.base is None:
-            self._jobs["make"] = self._editor.make(self.history.active)
+            self._jobs["make"] = self._editor.make(self.history.active, self._in_map)
         else:
+            self._in_map = ()
             self._jobs.pop("make", None)
             self.doubts = self.doubts.of(self._doubts_without)
             self._show.amend(self.base)
@@ -320,13 +324,13 @@ class Editing:
         match message:
             case told.PreviewFound(preview=preview) if self.proposal is not None:
                 self.proposal = replace(self.proposal, preview=preview)
-            case told.QuickAnswer(poses=poses, splines=splines):
-                self._show.glimpse(poses, splines)
+            case told.QuickAnswer(ghost=ghost):
+                self._show.glimpse(ghost)
             case told.DoubtsFound(doubts=doubts):
                 self._doubts_without = doubts if what == "prepare" else self._doubts_without
                 self.doubts = self.doubts.of(doubts)
             case told.EditsMade():
-                del self._jobs[what]
+                self._jobs["doubts"] = self._jobs.pop(what)
                 self._made(message)
             case told.LoopMatched():
                 del self._jobs[what]
@@ -345,7 +349,7 @@ class Editing:
             quality=None, covariances={}, sigmas=None, consistency=None, measured=False, edits=self.history.active,
             frames=(),
         )  # fmt: skip
-        self.explanation = made.explanation
+        self.explanation, self._in_map = made.explanation, self.history.active
         self._show.amend(edited)
 
     def _matched(self, found: told.LoopMatched) -> None:
@@ -367,7 +371,7 @@ class Editing:
         if self.base is not None and "ended" in sentence:
             self._jobs["prepare"] = self._editor.prepare(self.base.kept, self.base.recipe.config())
             if self.history.active:
-                self._jobs["make"] = self._editor.make(self.history.active)
+                self._jobs["make"] = self._editor.make(self.history.active, self._in_map)
 
 
 def amended_steps(

@@ -28,9 +28,9 @@ class Editor(Worker):
         """Ask what edits would do."""
         return self._ask(FindPreview(self._job + 1, in_force, proposed))
 
-    def make(self, edits: tuple[Edit, ...]) -> int:
-        """Ask for the result with these edits."""
-        return self._ask(MakeEdits(self._job + 1, edits))
+    def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int:
+        """Ask for the result with these edits, where it is shown with others."""
+        return self._ask(MakeEdits(self._job + 1, edits, shown))
 
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int:
         """Ask how two key scans lie to each other."""

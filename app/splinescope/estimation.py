@@ -7,17 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-from jaxtyping import Float
-
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import ConfigError
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
-from bspline_slam.spline_map import SplineMap
 from splinescope import messages as told
 from splinescope.activity import Activity, Work, duration
+from splinescope.edit_messages import Ghost
 from splinescope.findings import Findings
 from splinescope.map_view import moved
 from splinescope.notice import Notice
@@ -190,11 +187,11 @@ class Estimation:
             self.activity = None
         self._measure()
 
-    def glimpse(self, poses: Float[np.ndarray, "scans 3"], splines: SplineMap) -> None:
+    def glimpse(self, ghost: Ghost) -> None:
         """Show what the result shown nearly becomes."""
-        snapshot = self._findings.snapshot
-        if snapshot is not None and not self.busy and len(poses) == len(snapshot.poses):
-            self._findings.show(replace(snapshot, poses=poses, map=splines))
+        shown = self.results.shown
+        if shown is not None and not self.busy:
+            self._findings.show(ghost.over(shown.snapshot))
 
     def _choice_refusal(self, result: Result | None) -> str | None:
         if self.busy:

@@ -12,7 +12,7 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamStep, Snapshot
-from splinescope.map_view import dead_reckoned, view_map
+from splinescope.map_view import dead_reckoned, keeping, view_map
 from splinescope.quality import Quality
 from splinescope.result import Result
 from splinescope.scan_view import view_scan
@@ -36,6 +36,7 @@ class Findings:
         self.sigmas: Stretches | None = None
         self.consistency: ScanConsistency | None = None
         self._map_view: MapView | None = None
+        self._seen: MapView | None = None
         self._scan_view: tuple[tuple[object, ...], ScanView] | None = None
 
     def record(self, steps: Iterable[SlamStep]) -> None:
@@ -83,7 +84,8 @@ class Findings:
     @property
     def map_view(self) -> MapView | None:
         if self._map_view is None and self.log is not None:
-            self._map_view = view_map(self.log, self.snapshot, self.covariances, self.quality, self.sigmas)
+            now = view_map(self.log, self.snapshot, self.covariances, self.quality, self.sigmas)
+            self._map_view = self._seen = keeping(self._seen, now)
         return self._map_view
 
     def scan_view(self, index: int) -> ScanView | None:

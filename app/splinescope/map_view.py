@@ -46,6 +46,24 @@ def view_map(
     )
 
 
+SAME = 1e-4
+"""Odometry and truth are laid at the start of the estimate; less than this (m) cannot be seen."""
+
+
+def keeping(before: MapView | None, now: MapView) -> MapView:
+    """The view with the arrays of the one before where they look the same, so that these are not drawn again."""
+    if before is None:
+        return now
+    close = {"key_poses": 0.0, "estimate": 0.0, "odometry": SAME, "truth": SAME}
+    same = {name: was for name, far in close.items() if alike(was := getattr(before, name), getattr(now, name), far)}
+    return replace(now, **same)
+
+
+def alike(a: np.ndarray | None, b: np.ndarray | None, far: float) -> bool:
+    """Whether no value of two arrays differs by more than `far`."""
+    return a is not None and b is not None and a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= far)
+
+
 def aligned(path: Poses | None, start: Float[np.ndarray, "3"]) -> Poses | None:
     """The same path moved as a whole so that it begins at `start`."""
     if path is None or not len(path):

@@ -5,6 +5,7 @@ The hues are those of Okabe and Ito (2008), which people with any colour vision 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
@@ -119,6 +120,11 @@ class Theme:
         hue = SPLINE_HUES[spline_id % len(SPLINE_HUES)]
         tint = (0.0, 0.28, 0.14)[spline_id // len(SPLINE_HUES) % 3]
         return self.legible(mix(hue, self.ink, tint))
+
+    def splines(self, ids: Sequence[int]) -> UInt8[np.ndarray, "n 3"]:
+        """The colours of many splines."""
+        every = np.array([self.spline(number) for number in range(3 * len(SPLINE_HUES))])
+        return every[np.asarray(ids, dtype=int) % len(every)]
 
     def graded(self, grade: int) -> Colour:
         """One of five colours: the higher the grade, the more it stands out from the ground."""

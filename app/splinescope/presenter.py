@@ -98,6 +98,12 @@ class Presenter:
         if self._session.scan_view is not None:
             self._camera.fit(bounds(None, self._session.scan_view), client)
 
+    def lead(self, client: int | None) -> None:
+        """Let one page, or every page, look at what it is led to, if there is something."""
+        wanted, self._session.look_wanted = self._session.look_wanted, None
+        if wanted is not None:
+            self._camera.lead(wanted, client)
+
     def knows(self, client: int) -> bool:
         """Whether a page can be spoken to."""
         return client in self._page.server.get_clients()

@@ -7,16 +7,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Snapshot
-from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.activity import Activity
 from splinescope.closures import ClosurePage
+from splinescope.edit_messages import Ghost
 from splinescope.editing import Answering, Editing, Nobody
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
@@ -28,7 +27,7 @@ from splinescope.map_view import view_map
 from splinescope.messages import Measured, Message
 from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
-from splinescope.page_values import Place
+from splinescope.page_values import Bounds, Place
 from splinescope.playback import Playback, play_axis
 from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
@@ -45,9 +44,9 @@ class Session:
     """Everything the page shows and how it changes.
 
     `opener` reads a log in the background and answers with LogOpened or LogRefused. `findings` is what is known of
-    the open log and `estimation` the work on it (None: no log is open). `revision` grows with every change; `notices`
-    and `fit_wanted` are for the viewer to take; a fit goes to `place`, where the log was looked at before, and opens
-    `tab`.
+    the open log and `estimation` the work on it (None: no log is open). `revision` grows with every change; `notices`,
+    `fit_wanted` and `look_wanted`, what a page is led to, are for the viewer to take; a fit goes to `place`, where the
+    log was looked at before, and opens `tab`.
     """
 
     def __init__(
@@ -68,6 +67,7 @@ class Session:
         self.notices: list[Notice] = []
         self.troubles: tuple[str, ...] = ()
         self.fit_wanted = False
+        self.look_wanted: Bounds | None = None
         self.opening: ask.OpenLog | None = None
         self.title = ""
         self.findings = Findings()
@@ -275,10 +275,10 @@ class Session:
         if self.estimation is not None:
             self.estimation.amend(result)
 
-    def glimpse(self, poses: Float[np.ndarray, "scans 3"], splines: SplineMap) -> None:
+    def glimpse(self, ghost: Ghost) -> None:
         """Show what the map nearly becomes."""
         if self.estimation is not None:
-            self.estimation.glimpse(poses, splines)
+            self.estimation.glimpse(ghost)
 
     def _attend(self) -> None:
         """Edits are about the result shown."""
@@ -396,6 +396,7 @@ class Session:
         if snapshot is not None and 0 <= number < len(snapshot.loop_closures):
             self._move(self.playback.seek(snapshot.loop_closures[number].scan, self._clock()))
             self.selection = Selection("closure", number)
+            self.look_wanted = edit_desk.surroundings(self)
 
     def _step_observation(self, by: int) -> None:
         if self.observing and isinstance(self.observation, ObservationView):

@@ -50,7 +50,7 @@ class Tour:
 
 
 def _look_at(session: Session, mistake: Force) -> tuple[ask.Command, ...]:
-    return (ask.Seek(mistake.scan), ask.Select(Selection("segment", mistake.segment)))
+    return (ask.Seek(mistake.scan), ask.Select(Selection("segment", mistake.segment)), ask.LookThere())
 
 
 def _err(session: Session, mistake: Force) -> tuple[ask.Command, ...]:
@@ -62,6 +62,14 @@ def _err(session: Session, mistake: Force) -> tuple[ask.Command, ...]:
 def erring(session: Session, mistake: Force) -> bool:
     """Whether the mistake is in force."""
     return mistake in session.editing.history.active
+
+
+def found(session: Session, mistake: Force) -> bool:
+    """Whether the queue of doubts has led to the mistake."""
+    doubt = session.editing.doubts.current
+    return doubt is not None and doubt.piece is not None and (doubt.scan, doubt.piece.segment) == (
+        mistake.scan, mistake.segment
+    )  # fmt: skip
 
 
 STEPS = (
@@ -96,18 +104,21 @@ STEPS = (
     ),
     Step(
         "How it is found",
-        "Curves are coloured by their residuals now: thick and loud where beams do not fit. Under Edit the solver says "
-        "whether it followed the edit or outvoted it, and lists the worst residuals.",
+        "Doubtful decisions wait in a queue under Edit, the worst first. Press Q, or click the first row: it leads to "
+        "the wrong one and says how far off it is. Curves are coloured by their residuals now, thick where beams do "
+        "not fit.",
         "edit",
         lambda session, mistake: (
             ask.SetColouring(Colouring.RESIDUAL),
             ask.SetLayer(Layer.SPLINES, True),
             ask.Select(None),
         ),
+        lambda session, mistake: found(session, mistake),
     ),
     Step(
         "Mend it",
-        "Press Ctrl + Z, or Undo under Edit. Nothing is lost: every edit stays in the history, and can be made again.",
+        "This is the place; the solver says under Edit whether it followed the edit or outvoted it. Press Ctrl + Z, or "
+        "Undo. Nothing is lost: every edit stays in the history, and can be made again.",
         "edit",
         lambda session, mistake: (),
         lambda session, mistake: not erring(session, mistake),

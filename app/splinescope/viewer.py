@@ -245,9 +245,11 @@ class Viewer:
         while not self._stopped.is_set():
             for arrival in self._arrivals():
                 self._guarded(lambda arrival=arrival: self._take(arrival.item, arrival.client))
+                self._presenter.lead(arrival.client)
             self._guarded(self._greet_known)
             self.session.tick()
             self._guarded(self._guide.tick)
+            self._presenter.lead(None)
             self._guarded(self._presenter.show)
             self._guarded(self._tell_of_changes)
             self._remember()

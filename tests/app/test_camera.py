@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app import views
-from splinescope.camera import Camera, bounds, contains, strayed, union
+from splinescope.camera import Camera, bounds, contains, nearer, strayed, union
 from splinescope.page import Bounds, Viewport
 from splinescope.page_values import Place
 
@@ -18,13 +18,13 @@ HERE = Viewport(0.0, 0.0, 0.01, 1000.0, 600.0)
 
 
 class Pages:
-    """A page with clients that see what they are told to see."""
+    """A page with so many clients, of which some have been `moved` by their persons."""
 
-    def __init__(self, *seen: Bounds) -> None:
-        self.seen = dict(enumerate(seen))
+    def __init__(self, count: int = 1) -> None:
+        self.moved: set[int] = set()
         self.fitted: list[tuple[Bounds, int]] = []
         self.looks: list[tuple[Place, int]] = []
-        clients = {number: SimpleNamespace(client_id=number) for number in self.seen}
+        clients = {number: SimpleNamespace(client_id=number) for number in range(count)}
         self.server: Any = SimpleNamespace(get_clients=lambda: clients)
 
     def fit(self, wanted: Bounds, client: Any) -> None:
@@ -33,11 +33,8 @@ class Pages:
     def look(self, place: Place, client: Any, *, glide: bool = False) -> None:
         self.looks.append((place, client.client_id))
 
-    def bounds_of(self, client: Any) -> Bounds:
-        return self.seen[client.client_id]
-
     def viewport_of(self, client: Any) -> Viewport:
-        return HERE
+        return replace(HERE, fitted=client.client_id not in self.moved)
 
 
 def camera_of(pages: Pages) -> Camera:
@@ -55,8 +52,9 @@ def test_the_rectangle_holds_map_path_and_scan() -> None:
     assert bounds(None, None) == (-5.0, -5.0, 5.0, 5.0)
 
 
-def test_a_growing_map_moves_only_pages_that_saw_all_of_it() -> None:
-    pages = Pages((-2.0, -2.0, 12.0, 12.0), (3.0, 3.0, 4.0, 4.0))
+def test_a_growing_map_moves_only_pages_that_nobody_has_moved() -> None:
+    pages = Pages(2)
+    pages.moved.add(1)
     camera = camera_of(pages)
     camera.fit((0.0, 0.0, 10.0, 10.0))
     camera.grow((2.0, 2.0, 9.0, 9.0))
@@ -66,13 +64,12 @@ def test_a_growing_map_moves_only_pages_that_saw_all_of_it() -> None:
     assert client == 0
     assert contains(shown, (0.0, 0.0, 15.0, 10.0))
     assert not others
-    pages.seen[0] = shown
     camera.settle((0.0, 0.0, 15.0, 10.0))
     assert pages.fitted[3:] == [((0.0, 0.0, 15.0, 10.0), 0)]
 
 
 def test_a_new_page_is_welcomed_once() -> None:
-    pages = Pages((0.0, 0.0, 1.0, 1.0))
+    pages = Pages()
     camera = camera_of(pages)
     for _ in range(3):
         camera.welcome((0.0, 0.0, 5.0, 5.0))
@@ -83,7 +80,7 @@ def test_the_robot_is_followed_when_it_is_about_to_leave_and_the_scale_stays() -
     assert not strayed(np.array([2.0, 1.0, 0.0]), HERE)
     robot = np.array([4.0, 1.0, 0.0])
     assert strayed(robot, HERE)
-    pages = Pages(HERE.bounds)
+    pages = Pages()
     camera_of(pages).follow(robot)
     assert pages.looks == [((4.0, 1.0, HERE.metres_per_pixel), 0)]
 
@@ -98,7 +95,7 @@ def test_a_turned_page_is_left_through_its_own_edges() -> None:
 
 
 def test_a_page_that_was_given_a_place_is_not_welcomed_to_another() -> None:
-    pages = Pages((0.0, 0.0, 1.0, 1.0), (0.0, 0.0, 1.0, 1.0))
+    pages = Pages(2)
     camera = camera_of(pages)
     camera.look((1.0, 2.0, 0.01), 1)
     camera.welcome((0.0, 0.0, 5.0, 5.0))
@@ -113,3 +110,16 @@ def test_rectangles_are_joined_and_compared_with_a_little_slack() -> None:
     assert contains(both, b)
     assert not contains(a, b)
     assert contains(a, (-0.005, 0.0, 1.0, 1.0))
+
+
+def test_a_page_is_led_to_a_thing_unless_it_sees_it_near_enough() -> None:
+    pages = Pages(2)
+    camera = camera_of(pages)
+    camera.lead((20.0, 20.0, 22.0, 21.0), 1)
+    ((place, client),) = pages.looks
+    assert client == 1
+    assert place == pytest.approx((21.0, 20.5, 0.004))
+    near = replace(HERE, x=21.0, y=20.5, metres_per_pixel=0.004)
+    assert nearer((20.0, 20.0, 22.0, 21.0), near) is None
+    assert nearer((20.0, 20.0, 22.0, 21.0), replace(near, metres_per_pixel=0.01)) == pytest.approx(0.004)
+    assert nearer((20.0, 20.0, 22.0, 21.0), replace(near, x=24.0)) == pytest.approx(0.004)

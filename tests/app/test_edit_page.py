@@ -124,7 +124,7 @@ def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, open_w
     until(lambda: in_force(ready) == 0, "undone")
     window.page.locator("[data-row=edit-state][data-number='1'] button").first.click()
     until(lambda: in_force(ready) == 1, "the past state that was clicked")
-    window.page.locator("[data-row=edit-switch] button").first.click()
+    window.page.locator("button[data-row=edit-switch]").first.click()
     until(lambda: in_force(ready) == 0, "switched off")
 
 

@@ -32,6 +32,7 @@ from bspline_slam.edits.journal import read_journal
 from bspline_slam.logs import open_log
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.edit_jobs import Jobs as EditJobs
@@ -89,8 +90,8 @@ class AtOnce:
     def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int:
         return self._ask(FindPreview(self.job + 1, in_force, proposed))
 
-    def make(self, edits: tuple[Edit, ...]) -> int:
-        return self._ask(MakeEdits(self.job + 1, edits))
+    def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int:
+        return self._ask(MakeEdits(self.job + 1, edits, shown))
 
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: np.ndarray) -> int:
         return self._ask(MatchLoop(self.job + 1, in_force, earlier, scan, guess))
@@ -292,6 +293,46 @@ def test_several_pieces_are_edited_by_one_action(desk: Desk, kind: EditKind) -> 
     assert desk.shown != first
     desk.do(ask.Undo())
     assert desk.shown == first
+
+
+def nearly_the_same(near: SplineMap, exact: SplineMap) -> bool:
+    """Whether the curves of one map run along those of another, to a centimetre."""
+    assert [spline.id for spline in near] == [spline.id for spline in exact]
+    for one, other in zip(near, exact, strict=True):
+        points = other.sample(0.1)[1]
+        if np.linalg.norm(one.curve(one.curve.foot_points(points)) - points, axis=1).max() > 0.01:
+            return False
+    return True
+
+
+def map_of(desk: Desk) -> SplineMap:
+    assert desk.session.findings.snapshot is not None
+    return desk.session.findings.snapshot.map
+
+
+def test_what_was_looked_at_is_shown_as_soon_as_it_is_accepted(desk: Desk) -> None:
+    before = desk.shown
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.SPLIT), ask.AcceptEdits(), ask.Undo())
+    desk.do(ask.Select(Selection("spline", desk.piece().spline or 0)), ask.EditSelected(EditKind.SPLIT))
+    desk.session.apply(ask.AcceptEdits())
+    assert desk.shown != before, "nobody has answered yet"
+    near = map_of(desk)
+    desk.editor.answer()
+    assert nearly_the_same(near, map_of(desk))
+
+
+def test_a_quick_answer_is_about_what_is_shown(desk: Desk) -> None:
+    for scan in (11, 20):
+        desk.do(ask.Select(Selection("spline", desk.piece(scan).spline or 0)), ask.EditSelected(EditKind.SPLIT))
+        desk.do(ask.AcceptEdits())
+    heard: list[Message] = []
+    desk.editor._jobs._send = heard.append
+    assert desk.session.result is not None
+    desk.do(ask.SwitchEdit(0, False))
+    quick = next(message for message in heard if isinstance(message, QuickAnswer))
+    last = next(message for message in heard if isinstance(message, EditsMade))
+    assert nearly_the_same(quick.ghost.over(desk.session.result.snapshot).map, last.snapshot.map)
 
 
 def test_several_pieces_are_answered_quickly_too(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,9 +36,16 @@ def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
         until(lambda: erring(session, mistake) and not session.editing.making, "the mistake", PATIENCE)
         until(lambda: session.editing.explanation, "what the solver says", PATIENCE)
         assert abs(scope.poses - before).max() > 0.0
-        for title in (STEPS[4].title, STEPS[5].title):
-            card.get_by_role("button", name="Next").click()
-            expect(card).to_contain_text(title)
+        card.get_by_role("button", name="Next").click()
+        expect(card).to_contain_text(STEPS[4].title)
+        until(
+            lambda: session.editing.doubts.queue[:1] and "by hand" in session.editing.doubts.queue[0].sentence, "doubt"
+        )
+        page.keyboard.press("f")
+        whole = window.settled()["metresPerPixel"]
+        page.keyboard.press("q")
+        expect(card).to_contain_text(STEPS[5].title)
+        until(lambda: window.viewport()["metresPerPixel"] < 0.7 * whole, "a nearer look at the mistake")
         window.screenshot("tour")
         page.keyboard.press("Control+z")
         expect(card).to_contain_text(STEPS[6].title)

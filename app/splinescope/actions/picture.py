@@ -14,6 +14,7 @@ def _robot(session: Session) -> ask.Command:
 PICTURE = (
     Action("fit", "Show the whole map", ("f",), PageRequest.FIT),
     Action("fit-scan", "Zoom to the current scan", ("z",), PageRequest.FIT_SCAN, with_log),
+    Action("look-there", "Zoom to what is selected", ("Z",), ask.LookThere(), with_log),
     Action("zoom-in", "Zoom in", ("+", "="), PageRequest.SCRIPT, repeats=True),
     Action("zoom-out", "Zoom out", ("-",), PageRequest.SCRIPT, repeats=True),
     Action("follow-robot", "Keep the robot in the middle, or let go", ("r",), _robot),

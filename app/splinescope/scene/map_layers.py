@@ -28,8 +28,7 @@ def splines(view: MapView, theme: Theme, detail: Detail) -> Strokes:
     """Every spline of the map, in the colour of its id."""
     chosen = view.map.splines
     segments, owner = sampled([s.curve for s in chosen], [s.span for s in chosen], detail)
-    colours = np.array([theme.spline(s.id) for s in chosen], dtype=np.uint8).reshape(-1, 3)
-    return Strokes(segments, colours[owner])
+    return Strokes(segments, theme.splines([s.id for s in chosen])[owner])
 
 
 def graded(view: MapView, theme: Theme, detail: Detail, colouring: Colouring, grade: int) -> Strokes:
@@ -192,4 +191,4 @@ def _points(splines: list[MapSpline], theme: Theme) -> tuple[Float[np.ndarray, "
         return np.zeros((0, 2)), np.zeros((0, 3), dtype=np.uint8)
     counts = [len(s.curve.control_points) for s in splines]
     centres = np.concatenate([s.curve.control_points for s in splines])
-    return centres, np.repeat(np.array([theme.spline(s.id) for s in splines]), counts, axis=0)
+    return centres, np.repeat(theme.splines([s.id for s in splines]), counts, axis=0)

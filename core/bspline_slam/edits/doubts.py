@@ -48,7 +48,7 @@ class Doubt:
 
 
 def doubts(snapshot: Snapshot, config: SlamConfig) -> tuple[Doubt, ...]:
-    """The most doubtful decisions behind a map that no hand has made, the worst first."""
+    """The most doubtful decisions behind a map, the worst first; of those by hand only what lies beyond the gate."""
     ids = {spline.id for spline in snapshot.map}
     seen = Counter(s for key in snapshot.observations for s in {a.spline for a in key.associations})
     found = [
@@ -57,6 +57,8 @@ def doubts(snapshot: Snapshot, config: SlamConfig) -> tuple[Doubt, ...]:
         for association in key.associations
         if association.by == "rule" and (doubt := _of_piece(association, ids)) is not None
     ]
+    by_hand = (a for key in snapshot.observations for a in key.associations if a.by == "hand")
+    found += [doubt for association in by_hand if (doubt := _of_hand(association, ids)) is not None]
     found += _of_closures(snapshot, config)
     worst = sorted((doubt for doubt in found if doubt.score >= DOUBTFUL), key=lambda d: (-d.score, d.scan))
     return tuple(worst[:MOST])
@@ -96,6 +98,17 @@ def _of_piece(association: Association, ids: set[int]) -> Doubt | None:
     share = association.distance / association.gate
     sentence = f"Given to spline {spline} at {1000 * association.distance:.0f} of {1000 * association.gate:.0f} mm."
     return Doubt(min(share, 1.0), sentence, piece.scan, piece, overrule=forbid)
+
+
+def _of_hand(association: Association, ids: set[int]) -> Doubt | None:
+    """The doubt about a piece that a person gave to a spline which it does not lie on."""
+    spline = association.spline
+    if spline is None or spline not in ids or not association.distance > association.gate:
+        return None
+    where = (association.scan, association.segment, association.first, association.last)
+    far, allowed = 1000 * association.distance, 1000 * association.gate
+    sentence = f"Given by hand to spline {spline}, {far:.0f} mm off where {allowed:.0f} mm are allowed."
+    return Doubt(1.0, sentence, association.scan, OnPiece(*where), overrule=(Forbid(*where, spline),))
 
 
 def _of_closures(snapshot: Snapshot, config: SlamConfig) -> Iterator[Doubt]:

@@ -1,4 +1,4 @@
-"""The queue of doubts: what is close comes first, what a hand decided is in it no more."""
+"""The queue of doubts: what is close comes first, what a hand decided only where it lies far off."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_a_piece_between_two_splines_is_the_greatest_doubt(
     assert isinstance(overrule, Force) and overrule.spline == other
 
 
-def test_a_match_near_the_gate_is_doubted_and_one_by_hand_is_not(
+def test_a_match_near_the_gate_is_doubted_and_one_by_hand_only_beyond_it(
     base: Snapshot, config: SlamConfig, piece: Association
 ) -> None:
     far = replace(piece, distance=0.95 * piece.gate, candidates=())
@@ -42,6 +42,8 @@ def test_a_match_near_the_gate_is_doubted_and_one_by_hand_is_not(
     assert about in {doubt.piece for doubt in doubts(with_piece(base, piece, far), config)}
     by_hand = replace(far, by="hand")
     assert about not in {doubt.piece for doubt in doubts(with_piece(base, piece, by_hand), config)}
+    beyond = replace(by_hand, distance=2.0 * piece.gate)
+    assert doubts(with_piece(base, piece, beyond), config)[0].piece == about
 
 
 def test_every_doubt_can_be_overruled_as_it_says(base: Snapshot, config: SlamConfig, piece: Association) -> None:
