@@ -155,6 +155,8 @@ class Jobs:
 
         self._glimpse(request)
         state = self._state(request.edits, cancelled, tell)
+        if cancelled():
+            raise Cancelled("newer edits are on their way")
         self._send(DoubtsFound(job, doubts(state.amended.snapshot, self._config)))
 
     def _glimpse(self, request: MakeEdits) -> None:

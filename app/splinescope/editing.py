@@ -26,6 +26,7 @@ from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.messages import Failed, Message, Stopped
 from splinescope.notice import Notice
+from splinescope.recent import Recent, State
 from splinescope.result import Result
 from splinescope.subject import name_of
 
@@ -112,6 +113,7 @@ class Editing:
         self._journal: Journal | None = None
         self._jobs: dict[str, int] = {}
         self._in_map: tuple[Edit, ...] = ()
+        self._recent = Recent()
         self.base: Result | None = None
         self.history = History()
         self.offer: History | None = None
@@ -172,7 +174,7 @@ class Editing:
             self._journal.close()
         self._journal, self._origin, self._log, self.base = None, None, None, None
         self.history, self.offer, self.explanation, self._jobs, self._in_map = History(), None, None, {}, ()
-        self.doubts, self._doubts_without = Doubts(), ()
+        self.doubts, self._doubts_without, self._recent = Doubts(), (), Recent()
         self.leave()
 
     @property
@@ -282,17 +284,24 @@ class Editing:
         self.offer = None
 
     def _make(self) -> None:
-        """Ask for the map with the edits in force; without any it is the run's own, and there at once."""
+        """Ask for the map with the edits in force; one that was shown lately is there at once, and so is that without
+        edits."""
         self._editor.cancel()
-        self._jobs.pop("doubts", None)
-        self.explanation = None
-        if self.history.active or self.base is None:
-            self._jobs["make"] = self._editor.make(self.history.active, self._in_map)
+        edits, base = self.history.active, self.base
+        known = self._recent.find(edits) if edits or base is None else State(base, None, self._doubts_without)
+        for what in ("doubts", "make"):
+            self._jobs.pop(what, None)
+        if known is None or known.doubts is None:
+            self.explanation = None
+            self._jobs["make"] = self._editor.make(edits, self._in_map)
         else:
-            self._in_map = ()
-            self._jobs.pop("make", None)
-            self.doubts = self.doubts.of(self._doubts_without)
-            self._show.amend(self.base)
+            self.doubts = self.doubts.of(known.doubts)
+            self._take(known)
+
+    def _take(self, state: State) -> None:
+        """From now on this is shown."""
+        self._in_map, self.explanation = state.result.edits, state.explanation
+        self._show.amend(state.result)
 
     # -- loop closures -------------------------------------------------------------------------------------------
     def begin_draft(self, draft: LoopDraft) -> None:
@@ -327,7 +336,10 @@ class Editing:
             case told.QuickAnswer(ghost=ghost):
                 self._show.glimpse(ghost)
             case told.DoubtsFound(doubts=doubts):
-                self._doubts_without = doubts if what == "prepare" else self._doubts_without
+                if what == "prepare":
+                    self._doubts_without = doubts
+                else:
+                    self._recent.learn(self.history.active, doubts)
                 self.doubts = self.doubts.of(doubts)
             case told.EditsMade():
                 self._jobs["doubts"] = self._jobs.pop(what)
@@ -349,8 +361,9 @@ class Editing:
             quality=None, covariances={}, sigmas=None, consistency=None, measured=False, edits=self.history.active,
             frames=(),
         )  # fmt: skip
-        self.explanation, self._in_map = made.explanation, self.history.active
-        self._show.amend(edited)
+        state = State(edited, made.explanation)
+        self._recent.keep(state)
+        self._take(state)
 
     def _matched(self, found: told.LoopMatched) -> None:
         draft = self.draft

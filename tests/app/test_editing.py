@@ -335,6 +335,20 @@ def test_a_quick_answer_is_about_what_is_shown(desk: Desk) -> None:
     assert nearly_the_same(quick.ghost.over(desk.session.result.snapshot).map, last.snapshot.map)
 
 
+def test_what_was_shown_lately_is_there_at_once(desk: Desk) -> None:
+    states = [desk.shown]
+    for scan in (11, 20):
+        desk.select(scan)
+        desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+        states.append(desk.shown)
+    told = desk.editing.explanation
+    for command, number in ((ask.Undo(), 1), (ask.Undo(), 0), (ask.Redo(), 1), (ask.Redo(), 2)):
+        desk.session.apply(command)
+        assert desk.shown == states[number] and not desk.editing.making, "nobody has answered"
+    assert desk.editing.explanation is told
+    assert desk.editor.asked == []
+
+
 def test_several_pieces_are_answered_quickly_too(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     heard: list[Message] = []
     monkeypatch.setattr(desk.editor._jobs, "_send", lambda message: (heard.append(message), desk.editor.hear(message)))
