@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from bspline_slam import se2
 from bspline_slam.errors import LogError
 from bspline_slam.logs.carmen_index import CarmenIndex, Entry
-from bspline_slam.logs.carmen_line import LASERS, LaserLine, parse_laser
+from bspline_slam.logs.carmen_line import LASERS, SAYS_ANGLES, LaserLine, parse_laser
 from bspline_slam.logs.field_of_view import bearings_of_count, count_is_known
 from bspline_slam.logs.indexed_log import IndexedLog, Progress
 from bspline_slam.logs.peculiarities import beam_notes, moving_or_none, time_notes
@@ -34,14 +34,14 @@ class Sensor:
     range_max: float
     pose_robot_sensor: Float[np.ndarray, "3"]
 
-    def scan(self, index: int, line: LaserLine) -> LaserScan:
+    def scan(self, index: int, stamp: float, line: LaserLine) -> LaserScan:
         """The scan that a line holds, its beams in increasing order of bearing."""
         ranges, bearings = line.readings, bearings_of_count(len(line.readings))
         if line.start_angle is not None and line.step is not None:
             bearings = line.start_angle + line.step * np.arange(len(ranges))
         if len(bearings) > 1 and bearings[1] < bearings[0]:
             ranges, bearings = ranges[::-1], bearings[::-1]
-        return LaserScan(index, line.stamp, ranges, bearings, RANGE_MIN, self.range_max, self.pose_robot_sensor)
+        return LaserScan(index, stamp, ranges, bearings, RANGE_MIN, self.range_max, self.pose_robot_sensor)
 
 
 def read_carmen(path: Path, text: bytes, content_hash: str, topic: str | None, progress: Progress) -> IndexedLog:
@@ -63,7 +63,8 @@ def read_carmen(path: Path, text: bytes, content_hash: str, topic: str | None, p
     sensor = Sensor(range_max, mounting)
 
     def read_scan(index: int) -> LaserScan:
-        return sensor.scan(index, parse_laser(text[scans[index].start : scans[index].end].split()))
+        entry = scans[index]
+        return sensor.scan(index, entry.stamp, parse_laser(text[entry.start : entry.end].split()))
 
     return IndexedLog.from_records(
         path=path,
@@ -106,8 +107,8 @@ def _no_scan(path: Path, found: CarmenIndex) -> LogError:
         number, rule = damaged[0]
         return LogError(path, f"{rule}, and no other line holds a scan", number)
     if found.entries or found.parameters or found.damaged:
-        return LogError(path, "the log holds no laser scan: no line begins with FLASER, ROBOTLASER1 or RLASER")
-    return LogError(path, "this is not a laser log: no line begins with FLASER, ROBOTLASER1, RLASER or ODOM")
+        return LogError(path, f"the log holds no laser scan: no line begins with {', '.join(lasers)}")
+    return LogError(path, f"this is not a laser log: no line begins with {', '.join(lasers)} or ODOM")
 
 
 # -- poses -----------------------------------------------------------------------------------------------------
@@ -206,7 +207,7 @@ def _line_notes(tag: bytes, found: CarmenIndex) -> list[str]:
         notes.append(f"{found.unknown.total()} lines of unknown kind are left out: {kinds}.")
     if found.unmeasured[tag]:
         notes.append(f"{found.unmeasured[tag]} readings are negative or not a number and count as no measurement.")
-    guessed = [count for count in sorted(found.beams[tag]) if tag != b"ROBOTLASER1" and not count_is_known(count)]
+    guessed = [count for count in sorted(found.beams[tag]) if tag not in SAYS_ANGLES and not count_is_known(count)]
     if guessed:
         counts = " or ".join(map(str, guessed))
         notes.append(f"No sensor with {counts} beams is known: they are taken to cover 180°.")

@@ -10,6 +10,10 @@ import numpy as np
 
 from bspline_slam.logs.carmen_line import LASERS, POSES, BadLine, LaserLine, parse_laser, parse_pose
 from bspline_slam.logs.indexed_log import Progress
+from bspline_slam.logs.script_line import CLOCK, SCRIPT_LASERS, SCRIPT_POSES, clock_of, script_pose
+
+SCRIPT = (*SCRIPT_POSES, *SCRIPT_LASERS)
+"""Words that begin a line of a script, though `#` begins a comment elsewhere."""
 
 _SAMPLED_SCANS = 400
 
@@ -31,10 +35,13 @@ class CarmenIndex:
     """What the pass gathers: entries in the order of recording, PARAM values, and counts of what was met.
 
     `beams` (tag → number of beams → scans), `samples` (tag → some of its lines), `unmeasured` (tag → readings that are
-    negative or not a number), `damaged` (number of the line, rule it breaks), `unknown` (first word → lines).
+    negative or not a number), `damaged` (number of the line, rule it breaks), `unknown` (first word → lines). `clock`
+    (s) and `place` are the last that lines of a script told.
     """
 
     lines: int
+    clock: float = 0.0
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
     entries: list[Entry] = field(default_factory=list)
     parameters: dict[str, str] = field(default_factory=dict)
     unknown: Counter[str] = field(default_factory=Counter)
@@ -54,7 +61,7 @@ class CarmenIndex:
             if number % 1000 == 0:
                 progress(end / len(text))
             fields = text[before + 1 : end].split()
-            if not fields or fields[0].startswith(b"#"):
+            if not fields or (fields[0].startswith(b"#") and fields[0] not in SCRIPT):
                 continue
             try:
                 found.add(fields, before + 1, end, sampled=number % stride == 0)
@@ -67,7 +74,10 @@ class CarmenIndex:
         tag = fields[0]
         if tag in LASERS:
             line = parse_laser(fields)
-            self.entries.append(Entry(tag, start, end, line.stamp, line.pose, line.laser))
+            stamp, pose, laser = line.stamp, line.pose, line.laser
+            if tag in SCRIPT_LASERS:
+                stamp, pose, laser = self._now(fields), self.place, self.place
+            self.entries.append(Entry(tag, start, end, stamp, pose, laser))
             self.beams[tag][len(line.readings)] += 1
             self.unmeasured[tag] += len(line.readings) - int(np.count_nonzero(line.readings >= 0))
             if sampled or not self.samples[tag]:
@@ -75,11 +85,22 @@ class CarmenIndex:
         elif tag in POSES:
             pose = parse_pose(fields)
             self.entries.append(Entry(tag, start, end, pose.stamp, pose.pose))
+        elif tag == CLOCK:
+            self._now(fields)
+        elif tag in SCRIPT_POSES:
+            self.place = script_pose(fields)
+            self.entries.append(Entry(b"ODOM", start, end, self._now(fields), self.place))
         elif tag == b"PARAM" and len(fields) > 2:
             self.parameters[fields[1].decode("latin-1")] = fields[2].decode("latin-1")
         else:
             word = tag[:24].decode("latin-1")
             self.unknown[word if word.isprintable() else "unreadable"] += 1
+
+    def _now(self, fields: list[bytes]) -> float:
+        """The time that a line of a script tells, or the last one told."""
+        said = clock_of(fields)
+        self.clock = self.clock if said is None else said
+        return self.clock
 
     def parameter(self, name: str) -> float | None:
         """The value of a PARAM line; None where there is none or it is not a number."""

@@ -1,9 +1,11 @@
 """One line of a CARMEN log.
 
-All lines below end in `ipc_timestamp host logger_timestamp`; the first of these is the stamp. A pose is `x y θ`.
+All lines below end in `ipc_timestamp host logger_timestamp`; the first of these is the stamp, and some logs have no
+more. A pose is `x y θ`.
 `FLASER n r₁…r_n laser_pose odometry_pose` (main laser), `RLASER` alike (rear laser),
-`ROBOTLASER1 type start_angle field_of_view resolution max_range accuracy remission_mode n r₁…r_n m e₁…e_m
-laser_pose robot_pose tv rv forward_safety side_safety turn_axis`,
+`RAWLASER1 type start_angle field_of_view resolution max_range accuracy remission_mode n r₁…r_n m e₁…e_m` (to
+`RAWLASER4`), `ROBOTLASER1` alike with `laser_pose robot_pose tv rv forward_safety side_safety turn_axis` after it (and
+`ROBOTLASER2`), `LASER_READING n r₁…r_n odometry_pose` (files of GMapping),
 `ODOM pose tv rv acceleration`, `TRUEPOS true_pose odometry_pose`.
 """
 
@@ -15,19 +17,24 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-LASERS = (b"FLASER", b"ROBOTLASER1", b"RLASER")
+from bspline_slam.logs.script_line import SCRIPT_LASERS, BadLine, script_readings
+
+_PLAIN = {b"FLASER": 6, b"RLASER": 6, b"LASER_READING": 3}
+_DESCRIBED = {b"ROBOTLASER1": 11, b"ROBOTLASER2": 11} | {b"RAWLASER%d" % number: 0 for number in range(1, 5)}
+_BEFORE_CLOCK = _PLAIN | _DESCRIBED  # fields between readings and stamp
+
+LASERS = (
+    b"FLASER", b"ROBOTLASER1", b"RLASER", b"ROBOTLASER2", *(tag for tag in _DESCRIBED if tag.startswith(b"RAW")),
+    b"LASER_READING", *SCRIPT_LASERS,
+)  # fmt: skip
 """Tags of laser lines in the order of preference: a log is read through the first that it has."""
+SAYS_ANGLES = tuple(_DESCRIBED)
+"""Tags of lines that say where their beams point."""
 
 POSES = (b"ODOM", b"TRUEPOS")
 
-_HEAD = {b"FLASER": 1, b"RLASER": 1, b"ROBOTLASER1": 8}
 _LEAST_STEP = 1e-6  # rad
 _SANE = 1e12  # seconds, metres: whatever is larger is damage
-_TAIL = {b"FLASER": 9, b"RLASER": 9, b"ROBOTLASER1": 14}
-
-
-class BadLine(Exception):
-    """A line breaks the rule that is its text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,23 +70,27 @@ def parse_pose(fields: list[bytes]) -> PoseLine:
 
 
 def parse_laser(fields: list[bytes]) -> LaserLine:
-    """A line of LASERS. BadLine when readings are missing or something is not a number; readings may be nan or inf."""
-    tag = fields[0].decode()
-    head, tail = _HEAD[fields[0]], _TAIL[fields[0]]
+    """A line of LASERS. BadLine when readings are missing or something is not a number; readings may be nan or inf.
+    Lines of scripts leave stamp and poses to those around them."""
+    if fields[0] in SCRIPT_LASERS:
+        return LaserLine(0.0, NOWHERE, NOWHERE, script_readings(fields))
+    tag, head = fields[0].decode(), 8 if fields[0] in _DESCRIBED else 1
     count = _count(fields, head)
     remissions = _count(fields, head + 1 + count) + 1 if head > 1 and len(fields) > head + 1 + count else 0
-    present = len(fields) - 1 - head - remissions - tail
+    first, beyond = head + 1, head + 1 + count
+    place = beyond + remissions  # of the poses
+    clock = place + _BEFORE_CLOCK[fields[0]]
     if count == 0:
         raise BadLine(f"{tag} announces no readings")
-    if present != count:
+    if len(fields) - clock != 3 and not (len(fields) - clock == 1 and _are_numbers(fields[place:])):
+        present = len(fields) - 3 - (clock - count)
         raise BadLine(f"{tag} announces {count} readings, found {max(present, 0)}")
     try:
-        readings = np.array(list(map(float, fields[head + 1 : head + 1 + count])))
+        readings = np.array(list(map(float, fields[first:beyond])))
     except ValueError:
         raise BadLine(f"{tag} has a reading that is not a number") from None
-    values = _numbers(fields, len(fields) - tail, len(fields) - tail + 6)
-    stamp = _numbers(fields, len(fields) - 3, len(fields) - 2)[0]
-    laser, pose = (values[0], values[1], values[2]), (values[3], values[4], values[5])
+    stamp = _numbers(fields, clock, clock + 1)[0]
+    laser, pose = _poses(_numbers(fields, place, min(clock, place + 6)))
     if head == 1:
         return LaserLine(stamp, pose, laser, readings)
     start, fov, step, max_range = _numbers(fields, 2, 6)
@@ -91,6 +102,16 @@ def parse_laser(fields: list[bytes]) -> LaserLine:
     return LaserLine(stamp, pose, laser, readings, start, step, max_range)
 
 
+NOWHERE = (0.0, 0.0, 0.0)
+
+
+def _poses(values: list[float]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Poses of laser and robot; one pose is that of both, and none is nowhere."""
+    x, y, heading, *robot = values or NOWHERE
+    laser = (x, y, heading)
+    return laser, (robot[0], robot[1], robot[2]) if robot else laser
+
+
 def _count(fields: list[bytes], place: int) -> int:
     try:
         count = int(fields[place])
@@ -99,6 +120,14 @@ def _count(fields: list[bytes], place: int) -> int:
     if count < 0:
         raise BadLine(f"{fields[0].decode()} does not say how many readings it has")
     return count
+
+
+def _are_numbers(fields: list[bytes]) -> bool:
+    """Whether there is no host among them."""
+    try:
+        return all(math.isfinite(float(field)) for field in fields)
+    except ValueError:
+        return False
 
 
 def _numbers(fields: list[bytes], first: int, beyond: int) -> list[float]:

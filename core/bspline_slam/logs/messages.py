@@ -7,14 +7,17 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
+MULTI_ECHO = "sensor_msgs/msg/MultiEchoLaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+LASERS = (LASER_SCAN, MULTI_ECHO)
+WANTED = (*LASERS, ODOMETRY, TRANSFORMS)
 
 _SAME_LAYOUT = {"tf/msg/tfMessage": TRANSFORMS}
 
 
 class RawMessage(NamedTuple):
-    """One message: its topic, its type (one of the three above), when it was recorded (s), and its bytes."""
+    """One message: its topic, its type (one of WANTED), when it was recorded (s), and its bytes."""
 
     topic: str
     kind: str
@@ -26,7 +29,7 @@ class RawMessage(NamedTuple):
 class Recording:
     """What a reader of bags hands over.
 
-    `messages` yields those of the three types in the order of recording; while it runs, `topics` (topic → type, all
+    `messages` yields those of the types WANTED in the order of recording; while it runs, `topics` (topic → type, all
     types) and `notes` fill. `decode` turns a payload of a type into rosbags' message object.
     """
 

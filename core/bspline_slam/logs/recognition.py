@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.carmen import read_carmen
-from bspline_slam.logs.content import GZIP_MAGIC, content_hash, unpack
+from bspline_slam.logs.content import content_hash, packer, unpack
 from bspline_slam.logs.indexed_log import IndexedLog, Progress, unwatched
 from bspline_slam.logs.ros import read_ros
 from bspline_slam.logs.ros1 import BAG_MAGIC, open_ros1
@@ -18,8 +18,6 @@ from bspline_slam.scan import ScanLog
 
 _ARCHIVES = {
     b"PK\x03\x04": "zip",
-    b"BZh": "bzip2",
-    b"\xfd7zXZ\x00": "xz",
     b"\x28\xb5\x2f\xfd": "zstd",
     b"7z\xbc\xaf\x27\x1c": "7z",
 }
@@ -27,7 +25,8 @@ _PEEK = 4096
 
 
 def open_log(path: str | Path, topic: str | None = None, progress: Progress | None = None) -> ScanLog:
-    """Open a laser log: CARMEN text (also gzipped), a ROS 1 bag, or a ROS 2 bag (folder, `.db3` or `.mcap`).
+    """Open a laser log: CARMEN text (also packed by gzip, bzip2 or xz), a ROS 1 bag, or a ROS 2 bag (folder, `.db3` or
+    `.mcap`).
 
     `topic` chooses the laser of a ROS log (default: the one with most scans). `progress` is called with the share of
     the index pass that is done (0 … 1). Raises LogError, one clear sentence, when nothing can be read; what is unusual
@@ -64,7 +63,7 @@ def _read_file(path: Path, topic: str | None, progress: Progress) -> IndexedLog:
         with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
             return read_ros(path, open_ros1(path, data, progress), content_hash([path]), topic)
     data, notes = path.read_bytes(), []
-    if start.startswith(GZIP_MAGIC):
+    if packer(start) is not None:
         data, notes = unpack(path, data)
         if data.startswith(BAG_MAGIC):
             return _with_notes(read_ros(path, open_ros1(path, data, progress), content_hash([path]), topic), notes)
@@ -80,7 +79,7 @@ def _refuse_binary(path: Path, start: bytes) -> None:
     if archive is not None:
         raise LogError(path, f"this is a packed file ({archive}): unpack it first")
     if start.startswith((MCAP_MAGIC, SQLITE_MAGIC)):
-        raise LogError(path, "this is a gzipped ROS 2 bag: unpack it first")
+        raise LogError(path, "this is a packed ROS 2 bag: unpack it first")
     if b"\0" in start:
         raise LogError(path, "the content is binary, but neither a ROS 1 bag nor a ROS 2 bag (.db3 or .mcap)")
 

@@ -1,4 +1,5 @@
-"""Laser logs from ROS 1 and ROS 2 recordings: LaserScan messages, with odometry from Odometry messages or TF."""
+"""Laser logs from ROS 1 and ROS 2 recordings: LaserScan or MultiEchoLaserScan messages, with odometry from Odometry
+messages or TF."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from jaxtyping import Float
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import IndexedLog
-from bspline_slam.logs.messages import LASER_SCAN, Recording
+from bspline_slam.logs.messages import LASERS, Recording
 from bspline_slam.logs.peculiarities import beam_notes, moving_or_none, time_notes
 from bspline_slam.logs.pose_path import PosePath
 from bspline_slam.logs.ros_index import RosIndex, Sweep, scan_of, stamps_or_recorded
@@ -29,10 +30,10 @@ def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | N
     odometry, odometry_notes = _odometry(found, sweeps[0].frame, times)
     mounting, upside_down, mounting_notes = _mounting(found.frames, sweeps[0].frame, odometry)
     truth = next((samples for name, samples in sorted(found.odometry.items()) if _is_truth(name)), None)
-    payloads, decode = found.payloads, recording.decode
+    payloads, decode, kind = found.payloads, recording.decode, recording.topics[laser]
 
     def read_scan(index: int) -> LaserScan:
-        message = decode(payloads.read(sweeps[index].place), LASER_SCAN)
+        message = decode(payloads.read(sweeps[index].place), kind)
         return scan_of(index, float(stamps[index]), message, mounting, upside_down)
 
     return IndexedLog.from_records(
@@ -57,7 +58,7 @@ def read_ros(path: Path, recording: Recording, content_hash: str, topic: str | N
 # -- what follows from it --------------------------------------------------------------------------------------
 def _laser_topic(path: Path, found: RosIndex, recording: Recording, wanted: str | None) -> str:
     """The topic asked for, else the one with most scans."""
-    announced = sorted(name for name, kind in recording.topics.items() if kind == LASER_SCAN)
+    announced = sorted(name for name, kind in recording.topics.items() if kind in LASERS)
     if wanted is not None and wanted not in announced:
         exist = f"its laser topics are {', '.join(announced)}" if announced else "it has no laser topic"
         raise LogError(path, f"the log has no laser topic {wanted}: {exist}")

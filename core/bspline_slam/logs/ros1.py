@@ -19,9 +19,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
 from bspline_slam.logs.messages import (
-    LASER_SCAN,
-    ODOMETRY,
     TRANSFORMS,
+    WANTED,
     RawMessage,
     Recording,
     canonical_type,
@@ -33,7 +32,6 @@ BAG_MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
 _MESSAGE, _INDEX, _CHUNK, _CONNECTION = 2, 4, 5, 7
 _INDEX_ENTRY = 12
-_WANTED = (LASER_SCAN, ODOMETRY, TRANSFORMS)
 
 
 class CutOff(Exception):
@@ -102,7 +100,7 @@ def _records(
         topics[topic] = canonical_type(about[b"type"].decode())
     elif kind == _MESSAGE:
         topic, message_type = connections[_integer(header[b"conn"])]
-        if message_type in _WANTED:
+        if message_type in WANTED:
             seconds, nanoseconds = struct.unpack("<II", header[b"time"])
             yield RawMessage(topic, message_type, seconds + 1e-9 * nanoseconds, body)
 

@@ -15,9 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
 from bspline_slam.logs.messages import (
-    LASER_SCAN,
-    ODOMETRY,
-    TRANSFORMS,
+    WANTED,
     RawMessage,
     Recording,
     canonical_type,
@@ -27,7 +25,6 @@ from bspline_slam.logs.messages import (
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 SQLITE_MAGIC = b"SQLite format 3\x00"
 
-_WANTED = (LASER_SCAN, ODOMETRY, TRANSFORMS)
 _Reader = DirectoryReader | McapReader | Sqlite3Reader
 
 
@@ -115,11 +112,11 @@ def _wanted(connections: list[Connection], topics: dict[str, str], notes: list[s
         kind = canonical_type(connection.msgtype)
         topics[printable(connection.topic)] = kind
         encoding = getattr(connection.ext, "serialization_format", "cdr")
-        if kind in _WANTED and encoding != "cdr":
+        if kind in WANTED and encoding != "cdr":
             notes.append(
                 f"Topic {printable(connection.topic)} is left out: its messages are encoded as {encoding}, not as CDR."
             )
-        elif kind in _WANTED:
+        elif kind in WANTED:
             wanted.append(connection)
     return wanted
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.logs.messages import LASER_SCAN, ODOMETRY, RawMessage, Recording
+from bspline_slam.logs.messages import LASERS, ODOMETRY, RawMessage, Recording
 from bspline_slam.logs.payloads import Payloads
 from bspline_slam.logs.transforms import FrameTree, in_space, planar, rotation_of
 from bspline_slam.scan import LaserScan
@@ -25,7 +25,7 @@ class BadMessage(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A LaserScan message: stamps (s), frame, number of beams, unusable readings, and where its payload lies."""
+    """A message of LASERS: stamps (s), frame, number of beams, unusable readings, and where its payload lies."""
 
     stamp: float
     recorded: float
@@ -78,7 +78,7 @@ class RosIndex:
             decoded = recording.decode(message.payload, message.kind)
         except Exception as error:  # the generated decoder raises whatever a damaged payload makes it stumble over
             raise BadMessage(f"its payload is damaged ({type(error).__name__})") from None
-        if message.kind == LASER_SCAN:
+        if message.kind in LASERS:
             self._add_sweep(message, decoded)
         elif message.kind == ODOMETRY:
             pose = _transform(decoded.pose.pose.position, decoded.pose.pose.orientation)
@@ -92,19 +92,20 @@ class RosIndex:
 
     def _add_sweep(self, message: RawMessage, decoded: Any) -> None:
         _check_angles(decoded)
+        readings = readings_of(decoded)
         with np.errstate(invalid="ignore"):
-            unmeasured = int(np.count_nonzero(np.isnan(decoded.ranges) | (decoded.ranges < 0)))
+            unmeasured = int(np.count_nonzero(np.isnan(readings) | (readings < 0)))
         stamps = _seconds(decoded.header), message.recorded
         place = self.payloads.append(message.payload)
-        sweep = Sweep(*stamps, decoded.header.frame_id, len(decoded.ranges), unmeasured, place)
+        sweep = Sweep(*stamps, decoded.header.frame_id, len(readings), unmeasured, place)
         self.sweeps[message.topic].append(sweep)
 
 
 def scan_of(
     index: int, stamp: float, message: Any, pose_robot_sensor: Float[np.ndarray, "3"], upside_down: bool
 ) -> LaserScan:
-    """The scan in a LaserScan message, its beams in increasing order of bearing whichever way the sensor turns."""
-    ranges = np.asarray(message.ranges, dtype=float)
+    """The scan in a message of LASERS, its beams in increasing order of bearing whichever way the sensor turns."""
+    ranges = readings_of(message)
     bearings = message.angle_min + message.angle_increment * np.arange(len(ranges))
     if upside_down:
         bearings = -bearings
@@ -113,6 +114,14 @@ def scan_of(
     low = message.range_min if np.isfinite(message.range_min) else 0.0
     high = message.range_max if message.range_max > low else float("inf")
     return LaserScan(index, stamp, ranges, bearings, float(low), float(high), pose_robot_sensor)
+
+
+def readings_of(message: Any) -> Float[np.ndarray, "beams"]:
+    """The ranges (m) of a message of LASERS: of several echoes the first one, which is the nearest surface; +inf where
+    none came back."""
+    if len(message.ranges) == 0 or not hasattr(message.ranges[0], "echoes"):
+        return np.asarray(message.ranges, dtype=float)
+    return np.array([beam.echoes[0] if len(beam.echoes) else np.inf for beam in message.ranges], dtype=float)
 
 
 def stamps_or_recorded(stamps: Sequence[float], recorded: Sequence[float]) -> Float[np.ndarray, "n"]:

@@ -14,7 +14,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-LASER_SCAN, ODOMETRY, TRANSFORMS = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
+LASER_SCAN, MULTI_ECHO = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"
+ODOMETRY, TRANSFORMS = "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 
 
 class Carmen:
@@ -108,6 +109,27 @@ class Bag:
             intensities=np.array([], dtype=np.float32),
         )
         self.messages.append((topic, LASER_SCAN, stamp if recorded is None else recorded, message))
+
+    def echoes(self, stamp: float, echoes: Sequence[Sequence[float]], topic: str = "/echoes") -> None:
+        """A scan of a laser that hears several echoes of each beam."""
+
+        def heard(values: Sequence[float]) -> Any:
+            return self.make("sensor_msgs/msg/LaserEcho", echoes=np.array(values, dtype=np.float32))
+
+        message = self.make(
+            MULTI_ECHO,
+            header=self.header(stamp, "laser"),
+            angle_min=-0.5,
+            angle_max=-0.5 + 0.5 * (len(echoes) - 1),
+            angle_increment=0.5,
+            time_increment=0.0,
+            scan_time=0.1,
+            range_min=0.1,
+            range_max=10.0,
+            ranges=[heard(values) for values in echoes],
+            intensities=[heard(()) for _ in echoes],
+        )
+        self.messages.append((topic, MULTI_ECHO, stamp, message))
 
     def odometry(self, stamp: float, pose: Sequence[float], topic: str = "/odom", base: str = "base_link") -> None:
         place = self.make(

@@ -247,3 +247,35 @@ def test_progress_rises_to_one(carmen, write_lines: Write) -> None:
     seen: list[float] = []
     open_log(write_lines([carmen.odom(i, (i, 0, 0)) for i in range(3000)] + carmen.drive(2)), progress=seen.append)
     assert len(seen) > 2 and seen == sorted(seen) and seen[-1] == 1.0
+
+
+@pytest.mark.parametrize("laser", [1, 4])
+def test_raw_lasers_take_their_poses_from_odometry(laser: int, carmen, write_lines: Write) -> None:
+    def raw(stamp: float) -> str:
+        return f"RAWLASER{laser} 0 -1.0 2.0 0.5 30 0.01 0 5 1 2 3 4 30 0 {stamp} robot {stamp}"
+
+    lines = [line for k in range(4) for line in (carmen.odom(float(k), (k, 0, 0)), raw(k + 0.5))]
+    log = open_log(write_lines([*lines, carmen.odom(4.0, (4, 0, 0))]))
+    assert np.allclose(log[2].bearings, [-1.0, -0.5, 0.0, 0.5, 1.0])
+    assert log[2].range_max == 30.0
+    assert log.odometry is not None and np.allclose(log.odometry[:, 0], [0.5, 1.5, 2.5, 3.5])
+
+
+def test_a_stamp_alone_ends_a_line_as_well(carmen, write_lines: Write) -> None:
+    lines = [" ".join(line.split()[:-2]) for line in carmen.drive(6)]
+    log, whole = open_log(write_lines(lines)), open_log(write_lines(carmen.drive(6), name="whole.log"))
+    assert np.array_equal(log.times, whole.times)
+    assert np.array_equal(log[3].ranges, whole[3].ranges)
+
+
+def test_readings_of_gmapping(write_lines: Write) -> None:
+    readings = " ".join(["2.5"] * 180)
+    lines = [f"LASER_READING 180 {readings} {k} 0 0.1 {k + 0.25}" for k in range(4)]
+    log = open_log(write_lines(lines))
+    assert np.allclose(log.times, 0.25 + np.arange(4))
+    assert log.odometry is not None and np.allclose(log.odometry, [[k, 0, 0.1] for k in range(4)])
+
+
+def test_windows_ends_of_lines_are_ends_of_lines(carmen, write_lines: Write) -> None:
+    log = open_log(write_lines([line + "\r" for line in carmen.drive(6)]))
+    assert len(log) == 6 and not has_note(log, "left out")

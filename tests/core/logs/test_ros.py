@@ -244,3 +244,14 @@ def test_progress_rises_to_one(bag, tmp_path: Path) -> None:
     seen: list[float] = []
     open_log(bag.write(tmp_path), progress=seen.append)
     assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == 1.0
+
+
+def test_the_first_of_several_echoes_counts(bag, tmp_path: Path) -> None:
+    for k in range(3):
+        bag.echoes(100.0 + k, [(1.5, 4.0), (2.5,), (), (11.0,)])
+    log = open_log(bag.write(tmp_path))
+    assert len(log) == 3
+    assert np.allclose(log[1].ranges[:2], [1.5, 2.5])
+    assert log[1].valid.tolist() == [True, True, False, False]
+    assert log[1].no_return.tolist() == [False, False, True, True]
+    assert np.allclose(log[1].bearings, [-0.5, 0.0, 0.5, 1.0])
