@@ -222,6 +222,14 @@ class LoopCloser:
         self.closures = [rejected.get((one.earlier, one.scan), one) for one in self.closures]
         return bool(rejected)
 
+    def take(self, found: Sequence[Proposal], keys: Sequence[KeyScan], since: int) -> None:
+        """Accept the closures of a relocalisation in place of those that tied the key scans from number `since` on to
+        earlier ones."""
+        self.accepted = [p for p in self.accepted if not p.i < since <= p.j] + list(found)
+        self.waiting = []
+        self.closures.extend(proposal.closure for proposal in found)
+        self.closed_at = keys[-1].travel
+
     def _expected(self, proposal: Proposal, poses: Float[np.ndarray, "n 3"]) -> bool:
         """Whether a closure says what the estimate says already."""
         off, _ = proposal.off(poses)

@@ -25,6 +25,7 @@ from bspline_slam.models.protocol import Model
 from bspline_slam.motion import MotionConfig
 from bspline_slam.observation import MODELS
 from bspline_slam.odometry_signs import odometry_signs
+from bspline_slam.relocalisation import RelocalisationConfig, Relocaliser
 from bspline_slam.scan import LaserScan, ScanLog
 from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
@@ -54,6 +55,7 @@ class SlamConfig:
     fitting: FittingConfig = FittingConfig()
     chord_length: ChordLengthConfig = ChordLengthConfig()
     loops: LoopConfig = LoopConfig()
+    relocalisation: RelocalisationConfig = RelocalisationConfig()
     adjustment: AdjustmentConfig = AdjustmentConfig()
     localisation: LocalisationConfig = LocalisationConfig()
     least_observations: int = 3
@@ -146,6 +148,7 @@ class Slam:
     _tracker: Tracker = field(init=False)
     _closer: LoopCloser = field(init=False)
     _builder: MapBuilder = field(init=False)
+    _seeker: Relocaliser | None = None
     _steps: list[SlamStep] = field(default_factory=list)
     _observations: list[KeyObservations] = field(default_factory=list)
     _estimate: Estimate | None = None
@@ -178,7 +181,7 @@ class Slam:
         if not tracked.key:
             step = SlamStep(scan.index, tracked.predicted, tracked.pose, False, tracked.lost, tracked.score)
             return replace(step, unfit=tracked.unfit)
-        closures = self._close_loops()
+        closures = (*self._find_again(), *self._close_loops())
         segments = segment_scan(scan, self.config.segmentation)
         pose = self._tracker.key_poses[-1]
         sensor = scan.pose_robot_sensor[:2]
@@ -239,6 +242,23 @@ class Slam:
                 self._carry(poses, closed_at)
         self._closer.look(keys, np.array(self._tracker.key_poses))
         return tuple(self._closer.closures[before:])
+
+    def _find_again(self) -> tuple[LoopClosure, ...]:
+        """Where the tie of the last key scans to those before is in doubt: look for them on the whole map; when they
+        are found elsewhere, the piece goes there, and the map is read anew."""
+        tracker, c = self._tracker, self.config
+        if tracker.strays and (self._seeker is None or self._seeker.since < tracker.strays[-1]):
+            self._seeker = Relocaliser(tracker.strays[-1], c.relocalisation, c.matching, c.tracking, c.loops)
+        if self._seeker is None or self._seeker.settled:
+            return ()
+        fresh = self._seeker.look(tracker.keys, np.array(tracker.key_poses), tracker.strays)
+        if fresh:
+            self._closer.take(fresh, tracker.keys, self._seeker.since)
+            if self._disagree(fresh, np.array(tracker.key_poses)):
+                tracker.untie(self._seeker.since, fresh[-1].factor)
+                self._relax()
+                self._rebuild()
+        return tuple(proposal.closure for proposal in fresh)
 
     def _carry(self, before: Float[np.ndarray, "n 3"], closed_at: float) -> None:
         """The map goes along with its key scans; those since the last closure (m travelled) are read anew, for they

@@ -53,7 +53,8 @@ class TrackingConfig:
     `good_score` is asked for, and nothing is ever matched to a scan that has it not.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors. A key scan that neither beams nor odometry tie to the one before, in any direction, lies
-    within `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled.
+    within `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled;
+    `untied` (m, rad; 1 σ) is between two of which neither knows of the other.
     """
 
     distance: float = 0.5
@@ -78,6 +79,7 @@ class TrackingConfig:
     floor: tuple[float, float, float] = (0.007, 0.007, 0.003)
     lost_step: tuple[float, float, float] = (1.0, 1.0, 0.5)
     lost_travel: float = 10.0
+    untied: float = 1e3
 
 
 MARGIN = 0.05
@@ -115,7 +117,9 @@ class Tracker:
     """State of tracking: the key scans and their poses, and every other scan tied to one of them.
 
     `key_poses` may be replaced from outside (loop closures, adjustment); everything else hangs on them: `anchors`
-    ties each scan to the key scan before it, `moves` each key scan to the one before, as tracking saw them.
+    ties each scan to the key scan before it, `moves` each key scan to the one before, as tracking saw them. `strays`
+    are the key scans (by number) that were lost though there was something to see, or no odometry to go on: whatever
+    ties them to the one before is in doubt.
     """
 
     config: TrackingConfig
@@ -129,6 +133,7 @@ class Tracker:
     factors: list[PoseFactor] = field(default_factory=list)
     calibration: OdometryCalibration = field(default_factory=OdometryCalibration)
     unexplained: Unexplained = field(init=False)
+    strays: list[int] = field(default_factory=list)
     _judged: tuple[int, Float[np.ndarray, "3"] | None] = (0, None)
     _unbiased: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
     _matched: int = 0
@@ -176,6 +181,8 @@ class Tracker:
         pose = predicted if lost else match.pose
         self._late = [*self._late, se2.between(previous, pose)][-self.motion.late_steps :]
         key = key or self._is_key(pose)
+        if key and lost and not (believed and (near or self._sees_less(scan, 0.0))):
+            self.strays.append(len(self.keys))
         if key:
             self._insert(scan, NOTHING if near and lost else points, pose, odometry, None if lost else match)
         else:
@@ -209,6 +216,18 @@ class Tracker:
         """Take over corrected poses of the key scans."""
         self.key_poses = Rows(key_poses)
         self._target = self._surroundings = None
+
+    def untie(self, since: int, where: PoseFactor) -> None:
+        """Let go of what ties key scan `since` to the one before, and carry all from it on to where a closure puts
+        one of them."""
+        poses = np.array(self.key_poses)
+        there = se2.compose(poses[where.i], where.measured)
+        poses[since:] = se2.compose(se2.compose(there, se2.inverse(poses[where.j])), poses[since:])
+        loose = np.eye(3) / self.config.untied
+        moved = se2.between(poses[since - 1], poses[since])
+        self.factors = [factor for factor in self.factors if factor.j != since]
+        self.factors.append(PoseFactor(since - 1, since, moved, loose, "odometry"))
+        self.move(poses)
 
     # -- steps of `track` --------------------------------------------------------------------------------------
     def _tracked(self, scan: int) -> Float[np.ndarray, "3"]:
