@@ -15,7 +15,7 @@ from bspline_slam.backends.protocol import Estimate
 from bspline_slam.calibration import odometry_bias
 from bspline_slam.config import config_to_dict
 from bspline_slam.lab.residuals import BeamResiduals
-from bspline_slam.lab.twin import TwinLaser
+from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamResult, Snapshot
 

@@ -8,7 +8,8 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.lab.simulation import OdometryModel
-from bspline_slam.lab.twin import Twin, TwinLaser
+from bspline_slam.lab.twin import Twin
+from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.scan import LaserScan
 
 ROOM = np.array(

@@ -18,6 +18,7 @@ from bspline_slam.lab.casting import Obstacles
 from bspline_slam.lab.disturbances import USUAL, DisturbanceModel, Disturbances
 from bspline_slam.lab.finished_run import MAP, REPORT, FinishedRun
 from bspline_slam.lab.simulation import QUANTUM, OdometryModel, Progress, SimulatedLog, silent
+from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.scan import LaserScan, Records, ScanLog, increasing_times
 from bspline_slam.spline_map import SplineMap
 
@@ -27,42 +28,6 @@ TREMBLE, TREMBLE_TURN = 0.005, float(np.radians(0.2))
 """Steps below these (m, rad) are the noise of the estimate: the robot stood still."""
 CLEARANCE, STEP = 0.2, 0.05
 """Nothing stands within this distance of the path of a robot (m), looked for in steps of so much."""
-FARTHEST = 81.83
-"""Reach (m) of a laser that tells no limit of its own."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class TwinLaser:
-    """A planar laser by the bearings of its beams (rad, sensor frame); distances in m."""
-
-    bearings: Float[np.ndarray, "beams"]
-    range_min: float
-    range_max: float
-    pose_robot_sensor: Float[np.ndarray, "3"]
-
-    @classmethod
-    def from_scan(cls, scan: LaserScan) -> TwinLaser:
-        reach = scan.range_max if np.isfinite(scan.range_max) else FARTHEST
-        return cls(scan.bearings, scan.range_min, reach, scan.pose_robot_sensor)
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> TwinLaser:
-        """From what `to_dict` made; raises KeyError, TypeError or ValueError where it is something else."""
-        bearings = np.radians(data["first_bearing_deg"] + data["resolution_deg"] * np.arange(data["beams"]))
-        x, y, turn = data["pose_robot_sensor"]
-        return cls(bearings, float(data["range_min"]), float(data["range_max"]), np.array([x, y, turn], dtype=float))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; beams lie evenly apart."""
-        width = np.degrees(self.bearings[-1] - self.bearings[0])
-        return {
-            "beams": len(self.bearings),
-            "first_bearing_deg": round(float(np.degrees(self.bearings[0])), 6),
-            "resolution_deg": round(float(width / max(len(self.bearings) - 1, 1)), 6),
-            "range_min": self.range_min,
-            "range_max": self.range_max,
-            "pose_robot_sensor": self.pose_robot_sensor.tolist(),
-        }
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -20,7 +20,8 @@ from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.finished_run import FinishedRun
 from bspline_slam.lab.simulation import OdometryModel
-from bspline_slam.lab.twin import Twin, TwinLaser, clear_of, simulate_twin, without_tremble
+from bspline_slam.lab.twin import Twin, clear_of, simulate_twin, without_tremble
+from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.scan import Records
 from bspline_slam.spline_map import MapSpline, SplineMap
 

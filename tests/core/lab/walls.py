@@ -7,7 +7,8 @@ import numpy as np
 from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
-from bspline_slam.lab.twin import Twin, TwinLaser, simulate_twin
+from bspline_slam.lab.twin import Twin, simulate_twin
+from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.spline_map import MapSpline, SplineMap
