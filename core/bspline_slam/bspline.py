@@ -70,7 +70,7 @@ class BSpline:
                 f"{count} control points of degree {self.degree} need {count + self.degree + 1} knots, "
                 f"got {len(self.knots)}"
             )
-        if np.any(np.diff(self.knots) < 0) or not self.knots[self.degree] < self.knots[count]:
+        if (self.knots[1:] < self.knots[:-1]).any() or not self.knots[self.degree] < self.knots[count]:
             raise GeometryError("knots must not decrease, and the domain must not be empty")
 
     # -- values ------------------------------------------------------------------------------------------------

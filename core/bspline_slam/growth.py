@@ -29,22 +29,18 @@ def largest_distance(curve: BSpline, span: tuple[float, float], points: Float[np
 def sparse_cuts(points: Float[np.ndarray, "m 2"], config: AssociationConfig) -> list[int]:
     """Where to cut a run (robot frame) because the surface between two beam ends is anybody's guess: they lie farther
     apart than `sparse_gap` and than `sparse_ratio` times what a wall facing the robot would give."""
-    gap = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    across = np.abs(points[:-1, 0] * points[1:, 1] - points[:-1, 1] * points[1:, 0])
-    facing = across / np.maximum(np.linalg.norm(points[:-1], axis=1), 1e-9)
-    wide = (gap > config.sparse_gap) & (gap > config.sparse_ratio * facing)
-    return [0, *(int(k) + 1 for k in np.flatnonzero(wide)), len(points)]
+    wide = kernels.sparse_gaps(points, config.sparse_gap, config.sparse_ratio)
+    return [0, *(wide + 1).tolist(), len(points)]
 
 
 def smooth_cuts(
     points: Float[np.ndarray, "m 2"], through: Callable[[Float[np.ndarray, "_ 2"]], BSpline], tolerance: float
 ) -> list[int]:
     """Where to cut a run so that the curve `through` each piece stays within `tolerance` of every point (m)."""
-    m = len(points)
-    if m < 4 or cumulated_chords(points)[-1] < 1e-6:
+    m, t = len(points), cumulated_chords(points)
+    if m < 4 or t[-1] < 1e-6:
         return [0, m]
-    curve = through(points)
-    off = np.linalg.norm(curve(cumulated_chords(points)) - points, axis=1)
+    off = np.linalg.norm(through(points)(t) - points, axis=1)
     worst = int(np.argmax(off))
     if off[worst] <= tolerance:
         return [0, m]

@@ -99,3 +99,22 @@ def largest_distance(points, samples):
             nearest = min(nearest, dx * dx + dy * dy)
         largest = max(largest, nearest)
     return math.sqrt(largest)
+
+
+@njit(cache=True)
+def sparse_gaps(points, gap, ratio):
+    """After which points (seen from the origin) the next lies farther off than `gap` and than `ratio` times what a wall
+    facing the origin would give."""
+    out = np.empty(len(points), np.int64)
+    n = 0
+    for j in range(len(points) - 1):
+        dx, dy = points[j + 1, 0] - points[j, 0], points[j + 1, 1] - points[j, 1]
+        length = math.sqrt(dx * dx + dy * dy)
+        if length <= gap:
+            continue
+        reach = max(math.sqrt(points[j, 0] * points[j, 0] + points[j, 1] * points[j, 1]), 1e-9)
+        across = abs(points[j, 0] * points[j + 1, 1] - points[j, 1] * points[j + 1, 0])
+        if length > ratio * across / reach:
+            out[n] = j
+            n += 1
+    return out[:n]
