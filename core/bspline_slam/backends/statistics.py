@@ -15,6 +15,7 @@ from bspline_slam.backends.gauss_newton import STEP_INFORMATION, Descent, State
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.graph import Graph, SplineFactor
+from bspline_slam.kernels import determined as kernels
 from bspline_slam.kernels import linearise
 
 Matrices = list[Float[np.ndarray, "_ _"]]
@@ -50,10 +51,9 @@ def degrees_of_freedom(graph: Graph, curves: CurveTerms, state: State) -> float:
     """
     rows = sum(_rows(factor) for factor in graph.spline_factors) + 3 * len(graph.pose_factors)
     held = len({prior.pose for prior in graph.pose_priors})
-    determined = 0.0
-    for data, prior in zip(*spline_information(graph, curves, state), strict=True):
-        all_of_it = data + prior + STEP_INFORMATION * np.eye(len(data))
-        determined += float(np.trace(np.linalg.solve(all_of_it, data)))
+    data = measured(graph)
+    bands = (_band(curves.only(chosen), state) for chosen in (data, ~data))
+    determined = kernels.determined(*bands, graph.spline_first, STEP_INFORMATION)
     return rows - 3 * (len(graph.poses) - held) - determined
 
 
@@ -88,12 +88,18 @@ def information_of(estimate: Estimate) -> tuple[Matrices, Matrices]:
 
 def _by_spline(graph: Graph, curves: CurveTerms, state: State) -> Matrices:
     """The information of curve terms as one matrix per spline."""
+    band = _band(curves, state)
+    return [_dense(band[a:b]) for a, b in pairwise(graph.spline_first.tolist())]
+
+
+def _band(curves: CurveTerms, state: State) -> Float[np.ndarray, "n w 2 2"]:
+    """The information of curve terms: the block of control points k and k + d at [k, d]."""
     widest = int(curves.size[:, 1].max(initial=1))
     band = np.zeros((len(state.control_points), widest, 2, 2))
     linearise.curve_information(
         state.poses, curves.observer, curves.first, curves.size, curves.start, curves.gram, band
     )
-    return [_dense(band[a:b]) for a, b in pairwise(graph.spline_first.tolist())]
+    return band
 
 
 def _dense(band: Float[np.ndarray, "n w 2 2"]) -> Float[np.ndarray, "m m"]:
