@@ -52,8 +52,8 @@ def degrees_of_freedom(graph: Graph, curves: CurveTerms, state: State) -> float:
     rows = sum(_rows(factor) for factor in graph.spline_factors) + 3 * len(graph.pose_factors)
     held = len({prior.pose for prior in graph.pose_priors})
     data = measured(graph)
-    bands = (_band(curves.only(chosen), state) for chosen in (data, ~data))
-    determined = kernels.determined(*bands, graph.spline_first, STEP_INFORMATION)
+    told, held_by_priors = _band(curves.only(data), state), _band(curves.only(~data), state)
+    determined = kernels.determined(told, held_by_priors, graph.spline_first, STEP_INFORMATION)
     return rows - 3 * (len(graph.poses) - held) - determined
 
 
