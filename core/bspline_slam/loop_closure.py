@@ -47,7 +47,7 @@ class LoopConfig:
     confirm_travel: float = 8.0
     agree_distance: float = 0.15
     agree_turn: float = np.deg2rad(3.0)
-    contradiction: float = 6.0
+    contradiction: float = 10.0
     kernel: float = 1.0
 
 
