@@ -24,7 +24,7 @@ from bspline_slam.models.protocol import Model, SeenBeams
 from bspline_slam.observation import SplineObservation, across_sigma
 from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet, renumbered
 from bspline_slam.spline_map import MapSpline, SplineMap
-from bspline_slam.trimming import TrimmingConfig, thinned, trimmed
+from bspline_slam.trimming import TrimmingConfig, agreed, thinned, trimmed
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class AdjustmentConfig:
     pose (m, rad). `explained_weight` is the least share of a scan-matching factor that is kept: its beams already speak
     through the splines, but back ends that take key scans in their order begin where it says. Curves are trimmed every
     round. Half way the noise of the laser is estimated from what is left over (`estimate_noise`; else it is as
-    configured), and knots that earn nothing are taken out.
+    configured), and knots that earn nothing are taken out; then and in the last round splines whose beams do not agree.
     """
 
     gates: tuple[float, ...] = (0.15, 0.1, 0.08, 0.08)
@@ -282,7 +282,9 @@ def adjust_splines(
         if (half or last) and not model.measures_along:
             feet = find_feet(sights, splines, poses, gate)
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
-            splines = thinned(splines, sights, feet, poses, config.trimming, model.fitting) if half else splines
+            before, seen = splines, (sights, feet, poses, config.trimming, model.fitting)
+            splines = agreed(thinned(splines, *seen) if half else splines, *seen)
+            sights = renumbered(sights, before, splines)
         graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
         graph = _with_fitted_curves(graph) if number == 0 else graph
         steps = usual_records(name, len(keys)) if last else 6
@@ -325,7 +327,8 @@ def _trimmed(
     model: Model,
 ) -> tuple[SplineMap, Sights]:
     """The map trimmed as these poses see it, and its sights."""
-    kept = trimmed(splines, sights, find_feet(sights, splines, poses, gate), config.trimming, model)
+    beyond = 0.0 if model.measures_along else config.trimming.reach
+    kept = trimmed(splines, sights, find_feet(sights, splines, poses, gate, beyond), config.trimming, model)
     return kept, renumbered(sights, splines, kept)
 
 

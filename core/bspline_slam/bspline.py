@@ -246,6 +246,24 @@ class BSpline:
         """The same curve run through from its other end."""
         return BSpline(self.degree, (self.knots[0] + self.knots[-1] - self.knots)[::-1], self.control_points[::-1])
 
+    def reaching(self, span: tuple[float, float]) -> BSpline:
+        """The same curve on a domain that holds `span` too: its end pieces go on as the polynomials that they are."""
+        low, high = self.domain
+        before, after = max(low - span[0], 0.0), max(span[1] - high, 0.0)
+        if before == after == 0.0:
+            return self
+        knots, count = self.knots.copy(), len(self.control_points)
+        knots[: self.degree + 1] -= before
+        knots[count:] += after
+        wider = BSpline(self.degree, knots, self.control_points)
+        places = wider.greville()
+        return wider.with_control_points(np.linalg.solve(wider.basis(places), self(places)))
+
+    def greville(self) -> Float[np.ndarray, "n"]:
+        """Greville abscissae: where each control point has most of its say."""
+        index = np.arange(len(self.control_points))[:, None] + np.arange(1, self.degree + 1)
+        return self.knots[index].mean(1)
+
     def restricted(self, span: tuple[float, float]) -> BSpline:
         """The same curve on `span`, without the control points that have no say there."""
         kept = np.flatnonzero(self.active(span))

@@ -3,7 +3,7 @@ is."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +13,19 @@ from bspline_slam.kernels import knots as kernels
 
 ALONG = 0.1
 """Share of a beam's weight that holds the curve along itself, so that it keeps its length; it earns no knot."""
+CELL = 0.02
+"""Beams whose feet lie in the same stretch of so much parameter (m) count together."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Places:
+    """Points of a curve where beams saw it: their parameters, and what these beams measure of each (xx, xy, yy, in
+    1/m²), across the curve alone and with a little along it."""
+
+    t: Float[np.ndarray, "m"]
+    points: Float[np.ndarray, "m 2"]
+    across: Float[np.ndarray, "m 3"]
+    held: Float[np.ndarray, "m 3"]
 
 
 def without_idle_knots(
@@ -25,71 +38,65 @@ def without_idle_knots(
     """The plainest curve that will do: χ² grows by at most `gain` for each control point saved.
 
     Beams measure across the curve, along `normals` at parameters `t`, with weights 1/σ (1/m); the curve is taken to
-    be their best fit. Tries a straight line first, then one polynomial of each degree up to that of the curve; then
-    puts knots back, one by one, that around which most is lost. With `gain` = 1, what noise alone gives for the one
-    coordinate that beams measure, the covariances stay honest; larger gains trade shape for fewer control points.
+    be their best fit. Tries each degree up to that of the curve, from one polynomial on, and puts knots back, one by
+    one, that around which most is lost. With `gain` = 1, what noise alone gives for the one coordinate that beams
+    measure, the covariances stay honest; larger gains trade shape for fewer control points.
     """
     if len(t) == 0:
         return curve
-    first, basis = basis_rows(curve.knots, curve.degree, t)
-    rows = (first, basis, normals * weight[:, None])
-    information = kernels.information(*rows, ALONG, len(curve.control_points))
-    information += 1e-9 * np.trace(information) / len(information) * np.eye(len(information))
-    for plain in polynomials(curve):
-        coarse, lost = _fitted(curve, plain, information, rows)
-        if lost.sum() <= gain * (len(curve.control_points) - len(plain.control_points)):
-            return coarse
-    kept = np.zeros(len(curve.control_points) - curve.degree - 1, dtype=bool)  # inner knots
-    inner = curve.knots[curve.degree + 1 : len(curve.control_points)]
-    while not kept.all():
-        coarse, lost = _fitted(curve, _on_inner_knots(curve, kept), information, rows)
-        if lost.sum() <= gain * np.count_nonzero(~kept):
-            return coarse
-        missing = np.flatnonzero(~kept)
-        middles = (inner[missing][1:] + inner[missing][:-1]) / 2
-        nearest = np.searchsorted(middles, t)
-        kept[missing[np.bincount(nearest, weights=lost, minlength=len(missing)).argmax()]] = True
-    return curve
+    at, across, held = kernels.gathered(t, normals, weight, t.min(), CELL, ALONG)
+    places = Places(at, curve(at), across, held)
+    best = curve
+    for degree in range(1, curve.degree + 1):
+        best = _plainest(curve, degree, places, gain, best)
+    return best
 
 
-def polynomials(curve: BSpline) -> Iterator[BSpline]:
-    """Curves of lower degrees without inner knots, on the same domain; control points are still to be found."""
+def _plainest(curve: BSpline, degree: int, places: Places, gain: float, best: BSpline) -> BSpline:
+    """The curve of this degree with the fewest knots that will do, where it has fewer control points than `best`."""
     count = len(curve.control_points)
-    for degree in range(1, curve.degree):
-        left, right = curve.knots[curve.degree - degree : curve.degree + 1], curve.knots[count:][: degree + 1]
-        yield BSpline(degree, np.concatenate([left, right]), np.zeros((degree + 1, 2)))
+    inner = curve.knots[curve.degree + 1 : count]
+    kept = np.zeros(len(inner), dtype=bool)
+    while degree + 1 + np.count_nonzero(kept) < len(best.control_points):
+        plain, lost = _fitted(on_inner_knots(curve, degree, kept), places)
+        if lost.sum() <= gain * (count - len(plain.control_points)):
+            return _without_more(curve, plain, kept, places, gain)
+        missing = np.flatnonzero(~kept)
+        if len(missing) == 0:
+            return best
+        middles = (inner[missing][1:] + inner[missing][:-1]) / 2
+        nearest = np.searchsorted(middles, places.t)
+        kept[missing[np.bincount(nearest, weights=lost, minlength=len(missing)).argmax()]] = True
+    return best
 
 
-def _on_inner_knots(curve: BSpline, kept: Bool[np.ndarray, "k"]) -> BSpline:
-    degree, count = curve.degree, len(curve.control_points)
-    knots = np.concatenate([curve.knots[: degree + 1], curve.knots[degree + 1 : count][kept], curve.knots[count:]])
+def _without_more(curve: BSpline, plain: BSpline, kept: Bool[np.ndarray, "k"], places: Places, gain: float) -> BSpline:
+    """The plainer curve without those knots, tried one by one, that the ones put back after them made needless."""
+    for knot in np.flatnonzero(kept).tolist():
+        left = kept.copy()
+        left[knot] = False
+        plainer, lost = _fitted(on_inner_knots(curve, plain.degree, left), places)
+        if lost.sum() <= gain * (len(curve.control_points) - len(plainer.control_points)):
+            plain, kept = plainer, left
+    return plain
+
+
+def on_inner_knots(curve: BSpline, degree: int, kept: Bool[np.ndarray, "k"]) -> BSpline:
+    """A curve of this degree, no higher than that of `curve`, on the same domain and on some of its inner knots;
+    control points are still to be found."""
+    own, count = curve.degree, len(curve.control_points)
+    inner = curve.knots[own + 1 : count][kept]
+    knots = np.concatenate([curve.knots[own - degree : own + 1], inner, curve.knots[count : count + degree + 1]])
     return BSpline(degree, knots, np.zeros((len(knots) - degree - 1, 2)))
 
 
-def _fitted(
-    curve: BSpline,
-    plain: BSpline,
-    information: Float[np.ndarray, "d d"],
-    rows: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> tuple[BSpline, Float[np.ndarray, "m"]]:
-    """The plainer curve nearest to the finer one as beams weigh their difference, and what each beam loses."""
-    refine = refinement(curve, plain)
-    both = np.kron(refine, np.eye(2))
-    wanted = both.T @ information
-    control_points = np.linalg.solve(wanted @ both, wanted @ curve.control_points.ravel()).reshape(-1, 2)
+def _fitted(plain: BSpline, places: Places) -> tuple[BSpline, Float[np.ndarray, "m"]]:
+    """The plainer curve nearest to the places as beams weigh their distance, and what is lost at each."""
+    first, basis = basis_rows(plain.knots, plain.degree, places.t)
+    H, g = kernels.normal_equations(first, basis, places.held, places.points, len(plain.control_points))
+    H += 1e-9 * np.trace(H) / len(H) * np.eye(len(H))
+    g += 1e-9 * np.trace(H) / len(H) * np.tile(places.points.mean(0), len(plain.control_points))
+    control_points = np.linalg.solve(H, g).reshape(-1, 2)
     return plain.with_control_points(control_points), kernels.losses(
-        *rows, refine @ control_points - curve.control_points
+        first, basis, places.across, places.points, control_points
     )
-
-
-def refinement(curve: BSpline, plain: BSpline) -> Float[np.ndarray, "n m"]:
-    """The matrix that turns control points of a plainer curve (some of the knots, or a polynomial of lower degree) into
-    those of `curve`."""
-    places = greville(curve)
-    return np.linalg.solve(curve.basis(places), plain.basis(places))
-
-
-def greville(curve: BSpline) -> Float[np.ndarray, "n"]:
-    """Greville abscissae: where each control point has most of its say."""
-    index = np.arange(len(curve.control_points))[:, None] + np.arange(1, curve.degree + 1)
-    return curve.knots[index].mean(1)

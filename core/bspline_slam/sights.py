@@ -110,14 +110,18 @@ curve and the way back to the sensor."""
 
 
 def find_feet(
-    sights: Sights, splines: SplineMap, poses: Float[np.ndarray, "n 3"], gate: float | Float[np.ndarray, "m"]
+    sights: Sights,
+    splines: SplineMap,
+    poses: Float[np.ndarray, "n 3"],
+    gate: float | Float[np.ndarray, "m"],
+    beyond: float = 0.0,
 ) -> Feet:
     """Foot points of all beams on their splines; a beam counts when it lies within the gate (of all, or its own),
-    inside the supported stretch, and in front of the curve."""
+    inside the supported stretch, and in front of the curve. Feet may lie `beyond` the ends of that stretch (m)."""
     curves = FlatCurves.of([spline.curve for spline in splines])
     t, first, basis, normals, across, beside = kernels.feet(
         *(curves.degrees, curves.knot_start, curves.knots, curves.point_start, curves.control_points),
-        np.array([spline.span for spline in splines], dtype=float).reshape(-1, 2),
+        np.array([(s.span[0] - beyond, s.span[1] + beyond) for s in splines], dtype=float).reshape(-1, 2),
         np.searchsorted(sights.spline, np.arange(len(splines) + 1)),
         se2.transform(poses[sights.pose], sights.points), START_SPACING, curves.order,
     )  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,44 +15,65 @@ from bspline_slam.knots import without_idle_knots
 from bspline_slam.models.protocol import Model
 from bspline_slam.observation import across_sigma
 from bspline_slam.sights import Feet, Sights
-from bspline_slam.spline_map import SplineMap
+from bspline_slam.spline_map import MapSpline, SplineMap
+
+NEARBY = 2
+"""Support is counted in so many cells of parameter to either side."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrimmingConfig:
-    """A stretch of curve is kept where `support` key scans saw every `support_step` of parameter (m) and no gap between
-    two beams is wider than `gap` (m) and than `gap_ratio` times how far the beams beside it would lie from their
-    neighbours on a wall that faces the robot: what is in a gap is anybody's guess, and no covariance tells of it.
-    Splines that are cut to less than `shortest` (m) are dropped. A knot is kept where it lowers χ² by more than
-    `idle_gain`: noise alone makes it 1."""
+    """A stretch of curve is kept where `support` key scans saw it, not more than `support_reach` (m) away, and no gap
+    between two beams is wider than `gap` (m) and than `gap_ratio` times how far the beams beside it would lie from
+    their neighbours on a wall that faces the robot: what is in a gap is anybody's guess, and no covariance tells of it.
+    It ends where its last beam does, up to `reach` (m) beyond where it ended before. Splines that are cut to less than
+    `shortest` (m) are dropped, and so are those from which beams lie more than `smear` times as far as their noise
+    would have it. A knot is kept where it lowers χ² by more than `idle_gain`: noise of the laser alone makes it 1, and
+    poses that are a few millimetres off some more."""
 
     support: int = 2
-    support_step: float = 0.4
+    support_reach: float = 0.2
+    reach: float = 0.05
     shortest: float = 0.1
     gap: float = 0.1
     gap_ratio: float = 1.5
-    idle_gain: float = 1.0
+    idle_gain: float = 3.0
+    smear: float = 2.5
 
 
 def trimmed(splines: SplineMap, sights: Sights, feet: Feet, config: TrimmingConfig, model: Model) -> SplineMap:
-    """Each spline cut back to its longest stretch that `support` key scans saw without a gap, without the control
+    """Each spline on the longest of its stretches that `support` key scans saw without a gap, without the control
     points beyond it.
 
     Where `support` key scans saw none of it, the longest stretch without a gap stays: it is the map's best guess.
     Splines of which hardly anything is left are gone.
     """
-    kept = np.flatnonzero(feet.counts)
-    apart = facing_spacing(sights, kept)
-    cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
     out = []
-    for spline, a, b in zip(splines, cuts[:-1], cuts[1:], strict=True):
-        mine = kept[a:b]
-        span = supported_span(feet.t[mine], sights.pose[mine], apart[a:b], spline.span, config)
+    for spline, stretches in zip(splines, seen_stretches(splines, sights, feet, config), strict=True):
+        span = max(stretches, key=lambda one: one[1] - one[0], default=spline.span)
         if span == spline.span:
             out.append(spline)
         elif span[1] - span[0] >= config.shortest:
-            out.append(replace(spline, curve=model.cut(spline.curve, span), span=span))
+            out.append(on_stretch(spline, span, model))
     return SplineMap(tuple(out))
+
+
+def on_stretch(spline: MapSpline, span: tuple[float, float], model: Model) -> MapSpline:
+    """The spline on a stretch alone, which may lie a little beyond the present one."""
+    return replace(spline, curve=model.cut(spline.curve.reaching(span), span), span=span)
+
+
+def seen_stretches(
+    splines: SplineMap, sights: Sights, feet: Feet, config: TrimmingConfig
+) -> Iterator[list[tuple[float, float]]]:
+    """Of each spline the stretches (from one parameter to another, in order) that were seen often enough, without a
+    gap; none where no beam counts."""
+    kept = np.flatnonzero(feet.counts)
+    apart = facing_spacing(sights, kept)
+    cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
+    for a, b in itertools.pairwise(cuts.tolist()):
+        mine = kept[a:b]
+        yield supported_stretches(feet.t[mine], sights.pose[mine], apart[a:b], config)
 
 
 def facing_spacing(sights: Sights, kept: Int[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
@@ -63,43 +86,59 @@ def facing_spacing(sights: Sights, kept: Int[np.ndarray, "m"]) -> Float[np.ndarr
     return np.where(np.isfinite(nearer), nearer, 0.0) * sights.ranges[kept]
 
 
-def supported_span(
-    t: Float[np.ndarray, "m"],
-    pose: Int[np.ndarray, "m"],
-    apart: Float[np.ndarray, "m"],
-    span: tuple[float, float],
-    config: TrimmingConfig,
-) -> tuple[float, float]:
-    """The longest stretch of `span` in which every `support_step` of parameter was seen from `support` poses, and
-    without a gap; `apart` is how far each beam lies from its neighbours."""
-    low, high = span
-    bins = max(round((high - low) / config.support_step), 1)
-    width = (high - low) / bins
-    place = np.clip(((t - low) / width).astype(np.int64), 0, bins - 1)
-    count = int(pose.max(initial=0)) + 1
-    seen = np.unique(place * count + pose) // count
-    enough = np.bincount(seen, minlength=bins) >= config.support
-    edges = np.flatnonzero(np.diff(enough.astype(np.int8), prepend=0, append=0))
-    bounds = low + width * (edges if len(edges) else np.array([0, bins]))
-    bounds = np.where(bounds > high - 1e-9, high, bounds).reshape(-1, 2).tolist()
-    stretches = [one for first, last in bounds for one in _without_gaps(t, apart, (first, last), config)]
-    return max(stretches, key=lambda one: one[1] - one[0])
-
-
-def _without_gaps(
-    t: Float[np.ndarray, "m"], apart: Float[np.ndarray, "m"], bounds: tuple[float, float], config: TrimmingConfig
+def supported_stretches(
+    t: Float[np.ndarray, "m"], pose: Int[np.ndarray, "m"], apart: Float[np.ndarray, "m"], config: TrimmingConfig
 ) -> list[tuple[float, float]]:
-    """What gaps leave of a stretch; all of it where there is no beam."""
-    inside = np.flatnonzero((t >= bounds[0]) & (t <= bounds[1]))
-    if len(inside) == 0:
-        return [bounds]
-    order = inside[np.argsort(t[inside], kind="stable")]
-    places = np.concatenate([bounds[:1], t[order], bounds[1:]])
-    around = np.concatenate([apart[order[:1]], apart[order], apart[order[-1:]]])
+    """The stretches, from beam to beam, that were seen from `support` poses and have no gap, in order; `apart` is how
+    far each beam lies from its neighbours."""
+    if len(t) == 0:
+        return []
+    order = np.argsort(t, kind="stable")
+    supported = order[_support(t[order], pose[order], config.support_reach) >= config.support]
+    chosen = supported if len(supported) else order
+    places, around = t[chosen], apart[chosen]
     allowed = np.maximum(config.gap, config.gap_ratio * np.maximum(around[:-1], around[1:]))
     wide = np.flatnonzero(np.diff(places) > allowed)
     starts, ends = np.append(0, wide + 1), np.append(wide, len(places) - 1)
     return list(zip(places[starts].tolist(), places[ends].tolist(), strict=True))
+
+
+def _support(t: Float[np.ndarray, "m"], pose: Int[np.ndarray, "m"], reach: float) -> Int[np.ndarray, "m"]:
+    """From how many poses each of these places (in order) was seen, or what lies within about `reach` of it."""
+    cell = ((t - t[0]) / (reach / NEARBY)).astype(np.int64)
+    count, cells = int(pose.max()) + 1, int(cell[-1]) + 1 + 2 * NEARBY
+    seen = np.unique(cell * count + pose)
+    near = np.unique(seen[:, None] + count * np.arange(2 * NEARBY + 1))
+    return np.bincount(near // count, minlength=cells)[cell + NEARBY]
+
+
+def agreed(
+    splines: SplineMap,
+    sights: Sights,
+    feet: Feet,
+    poses: Float[np.ndarray, "n 3"],
+    config: TrimmingConfig,
+    fitting: FittingConfig,
+) -> SplineMap:
+    """The splines whose beams agree where they are; legs of chairs and of people, and what else no curve describes,
+    are not of the map."""
+    kept = np.flatnonzero(feet.counts)
+    across = feet.across[kept] / _sigma(sights, feet, poses, kept, fitting)
+    owner, count = sights.spline[kept], len(splines)
+    spread = np.bincount(owner, across**2, count) / np.maximum(np.bincount(owner, minlength=count), 1)
+    return SplineMap(tuple(splines.splines[k] for k in np.flatnonzero(spread <= config.smear**2)))
+
+
+def _sigma(
+    sights: Sights,
+    feet: Feet,
+    poses: Float[np.ndarray, "n 3"],
+    kept: Int[np.ndarray, "k"],
+    fitting: FittingConfig,
+) -> Float[np.ndarray, "k"]:
+    """Standard deviation of these beam ends across their curves (m)."""
+    seen = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
+    return across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
 
 
 def thinned(
@@ -112,9 +151,7 @@ def thinned(
 ) -> SplineMap:
     """Each spline without the knots that its beams do not ask for."""
     kept = np.flatnonzero(feet.counts)
-    normals = feet.normals[kept]
-    seen = se2.rotate(-poses[sights.pose[kept]], normals)
-    weight = 1.0 / across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
+    normals, weight = feet.normals[kept], 1.0 / _sigma(sights, feet, poses, kept, fitting)
     cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
     out = []
     for spline, a, b in zip(splines, cuts[:-1], cuts[1:], strict=True):

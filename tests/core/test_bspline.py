@@ -262,6 +262,17 @@ def test_a_knot_outside_the_domain_is_refused(t: float) -> None:
         curve.insert_knot(t)
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_curve_that_reaches_farther_goes_on_as_its_end_pieces_do(degree: int) -> None:
+    curve = BSpline(degree, uniform_knots(0.0, 0.4, 9, degree), np.random.default_rng(3).normal(size=(9, 2)))
+    low, high = curve.domain
+    wide = curve.reaching((low - 0.05, high + 0.1))
+    assert wide.domain == pytest.approx((low - 0.05, high + 0.1))
+    t = np.linspace(*wide.domain, 60)
+    np.testing.assert_allclose(wide(t), curve(t), atol=1e-9)
+    assert curve.reaching((low + 0.1, high)) is curve
+
+
 @pytest.mark.parametrize("span", [(0.1, 1.7), (0.0, 2.0), (0.4, 2.4), (0.85, 1.15)])
 def test_a_curve_clamped_to_a_span_is_the_same_there_and_nowhere_else(span: tuple[float, float]) -> None:
     curve = BSpline(3, uniform_knots(0.0, 0.4, 9), np.random.default_rng(3).normal(size=(9, 2)))

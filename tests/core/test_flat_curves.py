@@ -6,7 +6,6 @@ import numpy as np
 
 from bspline_slam.bspline import BSpline, clamped_knots, uniform_knots
 from bspline_slam.flat_curves import FlatCurves
-from bspline_slam.knots import greville
 
 RNG = np.random.default_rng(0)
 CURVES = [
@@ -28,8 +27,8 @@ def test_each_curve_keeps_its_own() -> None:
 
 def test_greville_abscissae_and_tangents_are_those_of_the_curves() -> None:
     abscissae, tangents = FlatCurves.of(CURVES).greville()
-    np.testing.assert_allclose(abscissae, np.concatenate([greville(curve) for curve in CURVES]))
-    across = np.concatenate([curve.normals(np.clip(greville(curve), *curve.domain)) for curve in CURVES])
+    np.testing.assert_allclose(abscissae, np.concatenate([curve.greville() for curve in CURVES]))
+    across = np.concatenate([curve.normals(np.clip(curve.greville(), *curve.domain)) for curve in CURVES])
     np.testing.assert_allclose(tangents[:, ::-1] * (-1.0, 1.0), across, atol=1e-12)
 
 

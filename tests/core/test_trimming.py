@@ -9,34 +9,58 @@ import numpy as np
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.models import NormalDistance
 from bspline_slam.sights import collect_sights, find_feet
-from bspline_slam.trimming import TrimmingConfig, supported_span, thinned, trimmed
+from bspline_slam.spline_map import SplineMap
+from bspline_slam.trimming import TrimmingConfig, agreed, supported_stretches, thinned, trimmed
 from core.test_adjustment import PATH, seen_from
 
 
-def test_support_keeps_the_longest_stretch_that_two_poses_saw() -> None:
-    config = TrimmingConfig(support=2, support_step=0.5, gap=1.0)
-    t = np.array([0.1, 0.1, 0.6, 0.6, 1.1, 3.1, 3.1, 3.6])
-    pose = np.array([0, 1, 0, 1, 0, 0, 1, 0])
+def test_support_keeps_what_two_poses_saw_and_ends_where_beams_do() -> None:
+    config = TrimmingConfig(support=2, support_reach=0.2, gap=1.0)
+    t = np.array([0.13, 0.17, 0.6, 0.7, 1.1, 3.1, 3.15, 3.22, 3.9])
+    pose = np.array([0, 1, 0, 1, 0, 0, 1, 0, 0])
     apart = np.zeros(len(t))
-    assert supported_span(t, pose, apart, (0.0, 4.0), config) == (0.0, 1.0)
-    assert supported_span(t[:0], pose[:0], apart[:0], (0.0, 4.0), config) == (0.0, 4.0)
+    assert supported_stretches(t, pose, apart, config) == [(0.13, 0.7), (3.1, 3.22)]
+    assert supported_stretches(t[:0], pose[:0], apart[:0], config) == []
 
 
-def test_no_curve_is_kept_across_a_gap_that_beams_would_have_filled() -> None:
+def test_beams_of_one_pose_are_better_than_none() -> None:
+    t = np.array([0.1, 0.15, 0.2, 0.5, 0.55])
+    alone = supported_stretches(t, np.zeros(5, dtype=int), np.zeros(5), TrimmingConfig(support=2, gap=0.1))
+    assert alone == [(0.1, 0.2), (0.5, 0.55)]
+
+
+def test_the_order_of_beams_says_nothing() -> None:
+    rng = np.random.default_rng(3)
+    t, pose, apart = rng.uniform(0.0, 5.0, 200), rng.integers(0, 4, 200), rng.uniform(0.0, 0.2, 200)
+    order = rng.permutation(200)
+    config = TrimmingConfig()
+    shuffled = supported_stretches(t[order], pose[order], apart[order], config)
+    assert shuffled == supported_stretches(t, pose, apart, config)
+
+
+def test_a_gap_that_beams_would_have_filled_parts_a_curve() -> None:
     config = TrimmingConfig(support=2, gap=0.1, gap_ratio=1.5)
     t = np.delete(np.arange(0.0, 4.001, 0.05), np.arange(25, 30))  # from 1.2 to 1.5
     t, pose = np.tile(t, 2), np.repeat([0, 1], len(t))
-    low, high = supported_span(t, pose, np.full(len(t), 0.05), (0.0, 4.0), config)
-    np.testing.assert_allclose((low, high), (1.5, 4.0))
-    sparse = supported_span(t, pose, np.full(len(t), 0.25), (0.0, 4.0), config)
-    assert sparse == (0.0, 4.0), "beams so far apart say nothing about a gap as wide"
+    stretches = supported_stretches(t, pose, np.full(len(t), 0.05), config)
+    np.testing.assert_allclose(stretches, [(0.0, 1.2), (1.5, 4.0)])
+    sparse = supported_stretches(t, pose, np.full(len(t), 0.25), config)
+    np.testing.assert_allclose(sparse, [(0.0, 4.0)], err_msg="beams so far apart say nothing about a gap as wide")
 
 
-def test_no_end_is_kept_that_beams_would_have_reached() -> None:
-    config = TrimmingConfig(support=1, support_step=4.0, gap=0.1)
-    t = np.arange(0.3, 3.801, 0.05)
-    span = supported_span(t, np.zeros(len(t), dtype=int), np.full(len(t), 0.05), (0.0, 4.0), config)
-    np.testing.assert_allclose(span, (0.3, 3.8))
+def test_an_end_follows_its_beams_but_only_so_far() -> None:
+    keys, splines, _ = seen_from(PATH)
+    config = TrimmingConfig()
+    walls = (spline for spline in splines if spline.length > 1.0)
+    short = SplineMap(tuple(replace(s, span=(s.span[0] + 0.3, s.span[1] - 0.04)) for s in walls))
+    sights = collect_sights(keys, short)
+    feet = find_feet(sights, short, PATH, 0.1, config.reach)
+    after = trimmed(short, sights, feet, config, NormalDistance())
+    for cut, grown in zip(short, after, strict=True):
+        assert cut.span[0] - config.reach <= grown.span[0]
+        assert grown.span[1] <= cut.span[1] + config.reach
+    longer = [grown.span[0] < cut.span[0] for cut, grown in zip(short, after, strict=True)]
+    assert sum(longer) >= 4, "the four walls of the room go on"
 
 
 def test_a_spline_of_which_hardly_anything_is_left_is_dropped() -> None:
@@ -68,3 +92,15 @@ def test_thinning_saves_control_points_on_the_straight_walls_of_a_room() -> None
     assert thin.control_point_count < 0.7 * splines.control_point_count
     across = find_feet(sights, thin, PATH, 0.1).across
     assert np.sqrt(np.mean(np.square(across))) < 1.2 * np.sqrt(np.mean(np.square(feet.across)))
+
+
+def test_what_beams_do_not_agree_on_is_not_of_the_map() -> None:
+    keys, splines, _ = seen_from(PATH)
+    sights, config = collect_sights(keys, splines), TrimmingConfig()
+    feet = find_feet(sights, splines, PATH, 0.1)
+    seen = (PATH, config, FittingConfig())
+    one, before = splines.splines[1], agreed(splines, sights, feet, *seen)
+    assert one in before.splines
+    scattered = np.where((sights.spline == 1) & feet.counts, 0.05 * (-1.0) ** np.arange(len(feet.t)), feet.across)
+    left = agreed(splines, sights, replace(feet, across=scattered), *seen)
+    assert left.splines == tuple(spline for spline in before if spline is not one)
