@@ -1,7 +1,7 @@
 """How soon a hand edit is answered on the largest recording: `python tests/bench/bench_edits.py [LOG]`.
 
-For edits of pieces all over the log: CPU time to the first corrected state (with all decisions made anew) and to the
-converged one, the same by solving the whole problem exactly, and how far the quick answer lies from that.
+For edits of pieces and splines all over the log: CPU time to the first corrected state (with all decisions made anew)
+and to the converged one, the same by solving the whole problem exactly, and how far the quick answer lies from that.
 """
 
 from __future__ import annotations
@@ -15,18 +15,30 @@ import numpy as np
 
 from bench.recordings import largest_recording
 from bspline_slam.edits.amend import amended, edited
-from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, Forbid, Force, Ignore, MakeNew, PinPose
+from bspline_slam.edits.edit import (
+    FIRST_MADE_BY_HAND,
+    Edit,
+    Forbid,
+    Force,
+    Ignore,
+    MakeNew,
+    MergeSplines,
+    PinPose,
+    SplitSpline,
+)
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.quick import Answer, Footing, answer
+from bspline_slam.errors import EditError
 from bspline_slam.logs import open_log
 from bspline_slam.slam import SlamConfig, Snapshot, run_slam
+from bspline_slam.spline_map import MapSpline, SplineMap
 
-EDITS = 40
-KINDS = ("ignore", "force", "forbid", "new", "pin")
+EDITS = 56
+KINDS = ("ignore", "force", "forbid", "new", "pin", "split", "merge")
 
 
 def edit_on(base: Snapshot, number: int, kind: str) -> Edit | None:
-    """An edit of the longest piece of a key scan that is given to a spline."""
+    """An edit of the longest piece of a key scan that is given to a spline, or of that spline."""
     ids = {spline.id for spline in base.map}
     given = [a for a in base.observations[number].associations if a.spline in ids]
     if not given:
@@ -41,8 +53,24 @@ def edit_on(base: Snapshot, number: int, kind: str) -> Edit | None:
         "forbid": Forbid(*where, piece.spline),
         "new": MakeNew(*where, FIRST_MADE_BY_HAND),
         "pin": PinPose(piece.scan, (x, y, heading)),
+        "split": split(base.map[piece.spline]),
+        "merge": merge(base.map[piece.spline], base.map),
     }
     return made[kind]
+
+
+def split(spline: MapSpline) -> SplitSpline:
+    """A spline cut in the middle."""
+    x, y = spline.curve(np.array([np.mean(spline.span)]))[0].tolist()
+    return SplitSpline(spline.id, (x, y), FIRST_MADE_BY_HAND)
+
+
+def merge(spline: MapSpline, splines: SplineMap) -> MergeSplines:
+    """A spline merged with the one whose end is nearest to one of its own."""
+    ends = {other.id: other.curve(np.array(other.span)) for other in splines}
+    mine = ends.pop(spline.id)
+    nearest = min(ends, key=lambda other: np.linalg.norm(mine[:, None] - ends[other], axis=2).min())
+    return MergeSplines(min(spline.id, nearest), max(spline.id, nearest))
 
 
 def measure(footing: Footing, edit: Edit) -> tuple[float, float, Answer]:
@@ -69,7 +97,10 @@ def main(argv: list[str]) -> list[dict[str, object]]:
         edit = edit_on(base, number, kind)
         if edit is None:
             continue
-        measure(footing, edit)
+        try:
+            measure(footing, edit)
+        except EditError:
+            continue  # two sides of a wall cannot be merged
         first, last, found = measure(footing, edit)
         times[kind].append((first, last))
         if count < 2 * len(KINDS):

@@ -31,12 +31,15 @@ from bspline_slam.spline_map import SplineMap
 
 MOST_ROUNDS = 6
 AT_REST = 2e-4
-"""Rounds end when no pose moves by more than this (m, rad)."""
+"""Rounds end when no pose moves by more than this (m, rad), or would not in the next one, if moves go on falling."""
 CLIMB = 1.0
 """A round whose change of the cost is worse than that of the one before by this share (and by 1) is taken back."""
 MOST_STEPS = 40
-ACCURATE = 1e-4
-"""Conjugate gradients end when the preconditioned residual has fallen to this share of the first one."""
+ACCURATE = 1e-2
+"""Conjugate gradients end when the preconditioned residual has fallen to this share of the first one: what is left of
+it is there for the next round."""
+UNMOVED = 1e-6
+"""Curves whose control points moved by less than this (m) stay as they are."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,7 +109,7 @@ def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None
     before = taken_out(ground, decisions, changes, footing.measuring)
     curves = [decisions.splines[spline].curve.control_points for spline in drawn]
     unknowns = (start.poses, np.concatenate([start.control_points, *curves]))
-    state, steps, number, at_rest = start, 0, 0, False
+    state, steps, number, at_rest, before_move = start, 0, 0, False, 0.0
     held, after = held_by_hand(decisions, changes), put_in(ground, decisions, changes, places)
     void = Exchange.of(before, unknowns).matrix
     found: Answer | None = None
@@ -119,16 +122,22 @@ def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None
         x, taken = _solved(footing.factor, void + brought.matrix, gradient, len(footing.gradient))
         unknowns, steps = _moved(unknowns, x), steps + taken
         decisions = _at(decisions, unknowns, places)
-        at_rest = bool(np.abs(x[: start.poses.size]).max(initial=0.0) < AT_REST)
+        move = float(np.abs(x[: start.poses.size]).max(initial=0.0))
+        at_rest, before_move = _rests(move, before_move), move
         state = State(unknowns[0], unknowns[1][: len(start.control_points)])
         change = footing.problem.cost(state) + sum(one.cost(unknowns) for one in (*before, *after)) - footing.cost
         if found is not None and change > found.cost_change + CLIMB * (1.0 + abs(found.cost_change)):
             return found
-        move = float(np.linalg.norm((unknowns[0] - start.poses)[:, :2], axis=1).max(initial=0.0))
-        found = Answer(decisions, float(change), move, number, steps, at_rest)
+        farthest = float(np.linalg.norm((unknowns[0] - start.poses)[:, :2], axis=1).max(initial=0.0))
+        found = Answer(decisions, float(change), farthest, number, steps, at_rest)
         tell(found)
     assert found is not None
     return found
+
+
+def _rests(move: float, before: float) -> bool:
+    """Whether the next round would move no pose, the moves falling as they did from `before` to `move` (0: unknown)."""
+    return move < AT_REST or (move < before and move * move / before < AT_REST)
 
 
 def _places(footing: Footing, decisions: Decisions, changes: Changes) -> tuple[dict[int, int], list[int]]:
@@ -155,8 +164,10 @@ def _at(decisions: Decisions, unknowns: Unknowns, places: Mapping[int, int]) -> 
     poses, points = unknowns
     splines = []
     for spline in decisions.splines:
-        first, count = places[spline.id], len(spline.curve.control_points)
-        splines.append(replace(spline, curve=spline.curve.with_control_points(points[first : first + count])))
+        first, was = places[spline.id], spline.curve.control_points
+        now = points[first : first + len(was)]
+        still = np.abs(now - was).max() < UNMOVED
+        splines.append(spline if still else replace(spline, curve=spline.curve.with_control_points(now)))
     return replace(decisions, poses=poses, splines=SplineMap(tuple(splines)))
 
 
