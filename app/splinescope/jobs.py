@@ -25,6 +25,7 @@ from bspline_slam.slam import SlamConfig, Snapshot
 from splinescope.iterations import frames_of
 from splinescope.live_map import LiveMap
 from splinescope.messages import (
+    SENT_BEFORE,
     ConsistencyFound,
     CovariancesFound,
     FindCovariances,
@@ -64,8 +65,9 @@ class Jobs:
         self._path: Path | None = None
         self._log: ScanLog | None = None
         self._latest: Done | None = None
+        self._asked: Done | None = None
         self._factor: tuple[Snapshot, Factor] | None = None
-        self._amended: tuple[bytes, tuple[Edit, ...], Snapshot] | None = None
+        self._amended: tuple[Done, tuple[Edit, ...], Snapshot] | None = None
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -76,6 +78,7 @@ class Jobs:
         reporter = Reporter(request.job, self._send)
         match request:
             case ProcessLog(path=path, config=config):
+                self._asked = self._amended = None
                 self._latest = process(self._open(path), config, reporter, self._send, cancelled)
             case SolveMap(path=path, kept=kept, config=config, edits=edits):
                 before = self._with_edits(kept, edits, config, cancelled)
@@ -92,9 +95,9 @@ class Jobs:
         """A snapshot amended by hand; the latest one is remembered."""
         base = self._unpacked(kept)
         if not edits:
-            return base
-        if self._amended is None or self._amended[:2] != (kept, edits):
-            self._amended = (kept, edits, amended(base, edits, config, cancelled=cancelled).snapshot)
+            return base.snapshot
+        if self._amended is None or self._amended[0] is not base or self._amended[1] != edits:
+            self._amended = (base, edits, amended(base.snapshot, edits, config, cancelled=cancelled).snapshot)
         return self._amended[2]
 
     def _measured(self, snapshot: Snapshot, first: Picked, second: Picked) -> Measurement | str:
@@ -107,10 +110,12 @@ class Jobs:
         except SplineSlamError as error:
             return f"{str(error)[:1].upper()}{str(error)[1:]}."
 
-    def _unpacked(self, kept: bytes) -> Snapshot:
-        if self._latest is None or self._latest.kept != kept:
-            self._latest = Done(pickle.loads(kept), kept)
-        return self._latest.snapshot
+    def _unpacked(self, kept: bytes) -> Done:
+        """What a request is about: the latest map, that of the request before, or another one."""
+        known = (done for done in (self._asked, self._latest) if done is not None)
+        if kept != SENT_BEFORE or self._asked is None:
+            self._asked = next((done for done in known if done.kept == kept), None) or Done(pickle.loads(kept), kept)
+        return self._asked
 
     def _open(self, path: Path) -> ScanLog:
         if self._log is None or path != self._path:

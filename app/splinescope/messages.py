@@ -18,6 +18,9 @@ from splinescope.iterations import Frame
 from splinescope.quality import Quality
 from splinescope.solution import Solution
 
+SENT_BEFORE = b""
+"""Instead of a snapshot that is kept: that of the last request which had one."""
+
 
 @dataclass(frozen=True, slots=True)
 class ProcessLog:

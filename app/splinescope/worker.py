@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -17,7 +18,16 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig
 from splinescope.edit_messages import EditRequest
-from splinescope.messages import Failed, FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
+from splinescope.messages import (
+    SENT_BEFORE,
+    Failed,
+    FindCovariances,
+    MeasureMap,
+    Message,
+    ProcessLog,
+    Request,
+    SolveMap,
+)
 
 NICENESS = 5
 """The estimator gives way to the page when both want the same core."""
@@ -35,6 +45,7 @@ class Worker:
         self._context = multiprocessing.get_context("spawn")
         self._cancelled = self._context.Value("q", 0, lock=False)
         self._job = 0
+        self._sent = b""
         self._process: BaseProcess | None = None
         self._requests: Any = None
 
@@ -43,7 +54,7 @@ class Worker:
         if self._process is not None and self._process.is_alive():
             return
         inbox, outbox = self._context.Pipe(duplex=False)
-        self._requests = self._context.Queue()
+        self._requests, self._sent = self._context.Queue(), b""
         process = self._process = self._context.Process(
             target=serve, args=(self._requests, outbox, self._cancelled, self._jobs), name=self._jobs, daemon=True
         )
@@ -57,7 +68,8 @@ class Worker:
         return self._process.pid if self._process is not None else None
 
     def process(self, path: Path, config: SlamConfig) -> int:
-        """Ask for the whole pipeline over a log; returns the job's number."""
+        """Ask for the whole pipeline over a log; returns the job's number. The process forgets what it got before."""
+        self._sent = b""
         return self._ask(ProcessLog(self._job + 1, path, config))
 
     def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
@@ -87,8 +99,12 @@ class Worker:
             process.join(5)
 
     def _ask(self, request: Request | EditRequest) -> int:
+        """A snapshot is large: one that the process got with the request before is not sent again."""
         self.start()
         self._job = request.job
+        if isinstance(request, SolveMap | FindCovariances | MeasureMap):
+            again, self._sent = request.kept is self._sent, request.kept
+            request = replace(request, kept=SENT_BEFORE) if again else request
         self._requests.put(request)
         return request.job
 

@@ -20,6 +20,7 @@ from bspline_slam.slam import SlamConfig
 from splinescope import jobs
 from splinescope.jobs import Jobs
 from splinescope.messages import (
+    SENT_BEFORE,
     ConsistencyFound,
     CovariancesFound,
     Failed,
@@ -186,3 +187,11 @@ def test_time_left_is_told_only_when_it_is_more_than_a_guess() -> None:
     assert seconds_left(10.0, 0.01) is None
     assert seconds_left(10.0, 0.25) == pytest.approx(30.0)
     assert seconds_left(10.0, 1.0) == 0.0
+
+
+def test_a_snapshot_that_was_sent_before_need_not_be_sent_again(log: MemoryLog) -> None:
+    asked = covariances_of(processed(log).kept)
+    first = messages_of(asked)
+    twice = messages_of(asked, replace(asked, job=3, kept=SENT_BEFORE))[len(first) :]
+    assert [type(message) for message in twice] == [type(message) for message in first]
+    assert {message.job for message in twice} == {3}
