@@ -43,7 +43,7 @@ class MatchingConfig:
     gates: tuple[float, ...] = (0.3, 0.3, 0.2, 0.15, 0.1, 0.1, 0.1, 0.1)
     tracking_gates: tuple[float, ...] = (0.15, 0.15, 0.1, 0.1, 0.1)
     inlier_gate: float = 0.045
-    largest_range: float = 80.0
+    largest_range: float = 40.0
     icp: IcpConfig = IcpConfig()
 
 
