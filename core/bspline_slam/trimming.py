@@ -37,7 +37,7 @@ class TrimmingConfig:
     shortest: float = 0.1
     gap: float = 0.1
     gap_ratio: float = 1.5
-    idle_gain: float = 4.5
+    idle_gain: float = 3.0
     smear: float = 2.5
 
 
