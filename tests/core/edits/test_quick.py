@@ -8,6 +8,7 @@ import pytest
 from bspline_slam import se2
 from bspline_slam.association import Association
 from bspline_slam.backends import back_end
+from bspline_slam.backends.protocol import Estimate
 from bspline_slam.edits.amend import amended, decide
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
@@ -58,6 +59,14 @@ def edits_of(base: Snapshot, piece: Association) -> dict[str, tuple[Edit, ...]]:
     }
 
 
+def standard_deviations(exact: Estimate, poses: np.ndarray) -> list[float]:
+    """How many of its own standard deviations each pose but the first, which is held, lies from the exact one."""
+    numbers = range(1, len(poses))
+    covariances = back_end("direct").covariances(exact, poses=numbers).poses
+    off = poses - exact.poses
+    return [float(np.sqrt(off[k] @ np.linalg.solve(covariances[k], off[k]))) for k in numbers]
+
+
 @pytest.mark.parametrize("kind", ["ignore", "forbid", "new", "split", "pin pose", "pin spline", "loop"])
 def test_the_quick_answer_is_the_optimum_of_the_exchanged_problem(
     base: Snapshot, piece: Association, ground: Ground, footing: Footing, kind: str
@@ -71,7 +80,7 @@ def test_the_quick_answer_is_the_optimum_of_the_exchanged_problem(
     changes = Changes.of(ground, decisions)
     graph = changed_graph(ground, decisions, changes, linearised(ground, decisions, changes))
     exact = back_end("direct").solve(graph)
-    np.testing.assert_allclose(quick.decisions.poses, exact.poses, atol=3e-4)
+    assert max(standard_deviations(exact, quick.decisions.poses)) < 0.1
     change = sum(costs(exact).values()) - sum(costs(ground.estimate).values())
     assert quick.cost_change == pytest.approx(change, abs=4.0)  # gauges of curves drawn anew are no longer there
 
