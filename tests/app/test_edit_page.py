@@ -21,6 +21,7 @@ from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
 from splinescope import commands as ask
 from splinescope.pieces import every_piece, name_of_piece, points_of
+from splinescope.preferences import Preferences, save
 from splinescope.subject import EditKind
 from splinescope.view import Selection
 from splinescope.viewer import Viewer
@@ -34,8 +35,10 @@ Opener = Callable[..., Window]
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
-    """The application with a finished run."""
-    with running_viewer(LOG, tmp_path_factory.mktemp("memory") / "session.json") as viewer:
+    """The application with a finished run; nothing but the map lies where boxes are drawn."""
+    memory = tmp_path_factory.mktemp("memory") / "session.json"
+    save(Preferences(toured=True), memory)
+    with running_viewer(LOG, memory) as viewer:
         yield viewer
 
 

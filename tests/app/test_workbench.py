@@ -48,10 +48,12 @@ def running(log: Path, memory: Path) -> Iterator[Viewer]:
 
 @pytest.fixture
 def ready(running: Viewer, log: Path) -> Viewer:
-    """The application, its log processed, standing on a key scan."""
-    if running.session.title != log.name and running.session.opening is None:
+    """The application, its log processed, standing on a key scan; what an earlier test cancelled is done again."""
+    session = running.session
+    cancelled = session.solution and not session.busy and not session.findings.covariances
+    if session.opening is None and (session.title != log.name or cancelled):
         running.post(ask.OpenLog(log))
-    until(lambda: running.session.solution and running.session.findings.covariances, "the end of processing", PATIENCE)
+    until(lambda: session.solution and session.findings.covariances, "the end of processing", PATIENCE)
     running.post(ask.Select(None))
     running.post(ask.Seek(0))
     until(lambda: running.session.cursor == 0 and running.session.selection is None, "the first scan")
