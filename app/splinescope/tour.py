@@ -125,8 +125,8 @@ STEPS = (
     ),
     Step(
         "That is all",
-        "The map is as it was before. Select any segment and overrule it yourself; Ctrl + K finds every action by its "
-        "name, and ? shows the keys.",
+        "An edit undone leaves the map as it was. Select any segment and overrule it; Ctrl + K finds every action by "
+        "its name, and ? shows the keys.",
         "edit",
         lambda session, mistake: (ask.SetColouring(Colouring.SPLINE), ask.Select(None)),
     ),
