@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.graph import PoseFactor, square_root
-from bspline_slam.scan_matching import Match, MatchingConfig, find, gather, search, settle, surroundings
+from bspline_slam.scan_matching import Match, MatchingConfig, find, find_with_icp
 from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
 
 
@@ -134,15 +134,28 @@ def propose(
     places = [key.points for key in keys[first:last]]
     match = find(places, poses[first:last], keys[j].points, poses[j], matching, reach, turn, block)
     if match.score >= config.least_score and match.inliers < config.least_inliers:
-        place = surroundings(gather(places, poses[first:last]), matching, block)
-        found, score = search(place.field, keys[j].points, poses[j], matching, reach, turn)
-        match = settle(place, keys[j].points, found, score, matching)
+        match = find_with_icp(places, poses[first:last], keys[j].points, poses[j], matching, reach, turn, block)
+    return proposal_of(match, keys, poses, i, config, tracking)
+
+
+def proposal_of(
+    match: Match,
+    keys: Sequence[KeyScan],
+    poses: Float[np.ndarray, "n 3"],
+    i: int,
+    config: LoopConfig,
+    tracking: TrackingConfig,
+    preface: str = "",
+) -> Proposal:
+    """A match of the last key scan as a closure with key scan i, judged; `preface` opens the sentence that says why."""
+    j = len(keys) - 1
     accepted, reason = judge(match, config)
     information = matched_information(match, tracking) + 1e-6 * np.eye(3)
     measured = se2.between(poses[i], match.pose)
     closure = LoopClosure(
-        keys[i].scan, keys[j].scan, measured, np.linalg.inv(information), match.score, match.inliers, accepted, reason
-    )
+        keys[i].scan, keys[j].scan, measured, np.linalg.inv(information), match.score, match.inliers, accepted,
+        preface + reason,
+    )  # fmt: skip
     return Proposal(closure, PoseFactor(i, j, measured, square_root(information), "loop", config.kernel))
 
 

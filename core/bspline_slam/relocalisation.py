@@ -14,11 +14,10 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.graph import PoseFactor, square_root
 from bspline_slam.kernels import anywhere
-from bspline_slam.loop_closure import LoopClosure, LoopConfig, Proposal, judge
-from bspline_slam.scan_matching import Match, MatchingConfig, gather, likelihood_field, search, settle, surroundings
-from bspline_slam.tracking import KeyScan, TrackingConfig, matched_information
+from bspline_slam.loop_closure import LoopConfig, Proposal, proposal_of
+from bspline_slam.scan_matching import MatchingConfig, find_with_icp, gather, likelihood_field
+from bspline_slam.tracking import KeyScan, TrackingConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,29 +125,12 @@ class Relocaliser:
         self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], found: Float[np.ndarray, "3"]
     ) -> Proposal:
         """The last key scan matched to the surroundings of the key scan of before that is nearest to that place."""
-        j, away = len(keys) - 1, np.hypot(*(poses[: self.since, :2] - found[:2]).T)
+        away = np.hypot(*(poses[: self.since, :2] - found[:2]).T)
         i = int(np.argmin(away + 0.5 * np.abs(se2.wrap(poses[: self.since, 2] - found[2]))))
         near = np.argsort(away)[: 2 * self.loops.half_width + 1]
-        match = self._matched(keys, poses, near, found)
-        accepted, reason = judge(match, self.loops)
-        information = matched_information(match, self.tracking) + 1e-6 * np.eye(3)
-        measured = se2.between(poses[i], match.pose)
-        closure = LoopClosure(
-            keys[i].scan, keys[j].scan, measured, np.linalg.inv(information), match.score, match.inliers, accepted,
-            f"lost before, found again: {reason}",
-        )  # fmt: skip
-        return Proposal(closure, PoseFactor(i, j, measured, square_root(information), "loop", self.loops.kernel))
-
-    def _matched(
-        self,
-        keys: Sequence[KeyScan],
-        poses: Float[np.ndarray, "n 3"],
-        near: np.ndarray,
-        found: Float[np.ndarray, "3"],
-    ) -> Match:
-        place = surroundings(gather([keys[k].points for k in near], poses[near]), self.matching)
-        pose, score = search(place.field, keys[-1].points, found, self.matching, 0.3, np.deg2rad(3.0))
-        return settle(place, keys[-1].points, pose, score, self.matching)
+        places, scan = [keys[k].points for k in near], keys[-1].points
+        match = find_with_icp(places, poses[near], scan, found, self.matching, 0.3, np.deg2rad(3.0))
+        return proposal_of(match, keys, poses, i, self.loops, self.tracking, "lost before, found again: ")
 
     def _agree(self, before: Proposal, now: Proposal, poses: Float[np.ndarray, "n 3"]) -> bool:
         """Whether both put the later key scan at the same place, by the way from one to the other."""

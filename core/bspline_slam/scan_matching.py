@@ -220,6 +220,22 @@ def find(
     return Match(pose, score, inliers, rms, information)
 
 
+def find_with_icp(
+    sets: Sequence[PointSet],
+    poses: Float[np.ndarray, "n 3"],
+    scan: PointSet,
+    guess: Float[np.ndarray, "3"],
+    config: MatchingConfig,
+    reach: float,
+    turn: float,
+    block: int | None = None,
+) -> Match:
+    """The same with ICP between search and refinement."""
+    place = surroundings(gather(sets, poses), config, block)
+    found, score = search(place.field, scan, guess, config, reach, turn)
+    return settle(place, scan, found, score, config)
+
+
 def refine(
     target: Target,
     scan: PointSet,

@@ -122,23 +122,20 @@ def agreed(
 ) -> SplineMap:
     """The splines whose beams agree where they are; legs of chairs and of people, and what else no curve describes,
     are not of the map."""
-    kept = np.flatnonzero(feet.counts)
-    across = feet.across[kept] / _sigma(sights, feet, poses, kept, fitting)
+    kept, sigma = _counted(sights, feet, poses, fitting)
+    across = feet.across[kept] / sigma
     owner, count = sights.spline[kept], len(splines)
     spread = np.bincount(owner, across**2, count) / np.maximum(np.bincount(owner, minlength=count), 1)
     return SplineMap(tuple(splines.splines[k] for k in np.flatnonzero(spread <= config.smear**2)))
 
 
-def _sigma(
-    sights: Sights,
-    feet: Feet,
-    poses: Float[np.ndarray, "n 3"],
-    kept: Int[np.ndarray, "k"],
-    fitting: FittingConfig,
-) -> Float[np.ndarray, "k"]:
-    """Standard deviation of these beam ends across their curves (m)."""
+def _counted(
+    sights: Sights, feet: Feet, poses: Float[np.ndarray, "n 3"], fitting: FittingConfig
+) -> tuple[Int[np.ndarray, "k"], Float[np.ndarray, "k"]]:
+    """The beams that count, and the standard deviation of their ends across their curves (m)."""
+    kept = np.flatnonzero(feet.counts)
     seen = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
-    return across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
+    return kept, across_sigma(seen, sights.directions[kept], sights.ranges[kept], fitting)
 
 
 def thinned(
@@ -150,8 +147,8 @@ def thinned(
     fitting: FittingConfig,
 ) -> SplineMap:
     """Each spline without the knots that its beams do not ask for."""
-    kept = np.flatnonzero(feet.counts)
-    normals, weight = feet.normals[kept], 1.0 / _sigma(sights, feet, poses, kept, fitting)
+    kept, sigma = _counted(sights, feet, poses, fitting)
+    normals, weight = feet.normals[kept], 1.0 / sigma
     cuts = np.searchsorted(sights.spline[kept], np.arange(len(splines) + 1))
     out = []
     for spline, a, b in zip(splines, cuts[:-1], cuts[1:], strict=True):

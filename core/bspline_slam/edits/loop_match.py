@@ -12,7 +12,7 @@ from bspline_slam.edits.decisions import Decisions
 from bspline_slam.graph import square_root
 from bspline_slam.growth import left_normals
 from bspline_slam.loop_closure import judge
-from bspline_slam.scan_matching import PointSet, gather, search, settle, surroundings
+from bspline_slam.scan_matching import PointSet, find_with_icp
 from bspline_slam.sights import KeyObservations
 from bspline_slam.slam import SlamConfig
 from bspline_slam.tracking import matched_information
@@ -47,11 +47,9 @@ def match_loop(
         for k in range(max(i - config.loops.half_width, 0), min(i + config.loops.half_width + 1, len(decisions.keys)))
         if k != j
     ]
-    target = gather([point_set(decisions.keys[k]) for k in near], decisions.poses[near])
-    place, mine = surroundings(target, config.matching), point_set(decisions.keys[j])
+    places, mine = [point_set(decisions.keys[k]) for k in near], point_set(decisions.keys[j])
     start = se2.compose(decisions.poses[i], guess)
-    found, score = search(place.field, mine, start, config.matching, REACH, TURN)
-    match = settle(place, mine, found, score, config.matching)
+    match = find_with_icp(places, decisions.poses[near], mine, start, config.matching, REACH, TURN)
     acceptable, sentence = judge(match, config.loops)
     root = square_root(matched_information(match, config.tracking) + 1e-6 * np.eye(3))
     measured = se2.between(decisions.poses[i], match.pose)
