@@ -167,7 +167,7 @@ def view(options: argparse.Namespace) -> None:
 def log_of_session(session: Path | None) -> str | None:
     """The path of the log that a session's file refers to. Raises ConfigError where that is gone."""
     from bspline_slam.errors import ConfigError
-    from splinescope.preferences import load
+    from splinescope.browser.preferences import load
 
     log = load(session).log if session is not None else ""
     if log and not Path(log).exists():
@@ -182,8 +182,8 @@ def has_display() -> bool:
 
 def run(options: argparse.Namespace) -> None:
     """Process a whole log and write its results."""
+    from splinescope.command_line.run import run_and_write, summary_text
     from splinescope.paths import find_log
-    from splinescope.run import run_and_write, summary_text
 
     with cancelled_by_interrupt() as cancelled, progress_line() as progress:
         summary = run_and_write(
@@ -201,7 +201,7 @@ def run(options: argparse.Namespace) -> None:
 
 def evaluate(options: argparse.Namespace) -> None:
     """Print the figures of a finished run."""
-    from splinescope.evaluate import evaluate_results, evaluation_text
+    from splinescope.command_line.evaluate import evaluate_results, evaluation_text
 
     figures = evaluate_results(
         options.results, relations=options.relations, reference=options.reference, log=options.log
@@ -211,7 +211,7 @@ def evaluate(options: argparse.Namespace) -> None:
 
 def simulate(options: argparse.Namespace) -> None:
     """Write the log of a simulated drive."""
-    from splinescope.simulate import simulate_as_wished
+    from splinescope.command_line.simulate import simulate_as_wished
 
     with progress_line() as progress:
         written = simulate_as_wished(options, lambda done, total: progress("Simulating scans", done / total))
@@ -220,9 +220,9 @@ def simulate(options: argparse.Namespace) -> None:
 
 def twin(options: argparse.Namespace) -> None:
     """Print how far estimates are from the truth of a twin, a line for each seed."""
-    from splinescope import twin_table as table
-    from splinescope.twin import run_trials
-    from splinescope.twin_source import chosen_stretch, read_twin
+    from splinescope.command_line import twin_table as table
+    from splinescope.command_line.twin import run_trials
+    from splinescope.command_line.twin_source import chosen_stretch, read_twin
 
     world = chosen_stretch(read_twin(options.results, options.log), options.scans)
     seeds = range(options.seed, options.seed + options.seeds)
@@ -238,7 +238,7 @@ def twin(options: argparse.Namespace) -> None:
 
 def join(options: argparse.Namespace) -> None:
     """Join local maps and write the joint one."""
-    from splinescope.join import join_and_write, joined_text
+    from splinescope.command_line.join import join_and_write, joined_text
 
     with cancelled_by_interrupt() as cancelled, progress_line() as progress:
         figures = join_and_write(options.maps, options.out, progress=progress, cancelled=cancelled)
@@ -247,7 +247,7 @@ def join(options: argparse.Namespace) -> None:
 
 def consistency(options: argparse.Namespace) -> None:
     """Print how honest covariances are, as a table or as JSON."""
-    from splinescope import consistency as study
+    from splinescope.command_line import consistency as study
 
     wanted = study.experiments(options.world, options.model, options.backend, options.association)
     with cancelled_by_interrupt() as cancelled, progress_line() as progress:
@@ -259,8 +259,8 @@ def consistency(options: argparse.Namespace) -> None:
 
 def reproduce(options: argparse.Namespace) -> None:
     """Draw the figures of the paper from experiments done now, and print what they say."""
+    from splinescope.command_line.reproduce import reproduce_and_describe
     from splinescope.paths import find_log
-    from splinescope.reproduce import reproduce_and_describe
 
     log = find_log(options.intel) if options.intel else None
     with cancelled_by_interrupt() as cancelled, progress_line() as progress:
@@ -271,7 +271,7 @@ def reproduce(options: argparse.Namespace) -> None:
 @contextmanager
 def progress_line() -> Iterator[Callable[[str, float], None]]:
     """Progress on standard error, where results do not go."""
-    from splinescope.progress import ProgressLine
+    from splinescope.command_line.progress import ProgressLine
 
     line = ProgressLine(sys.stderr)
     try:

@@ -35,11 +35,11 @@ from bspline_slam.edits.edit import Edit, Force
 from bspline_slam.errors import ConfigError, EditError, SolverError, SplineSlamError
 from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
-from splinescope import preferences as prefs
-from splinescope.page import open_page
+from splinescope.browser import preferences as prefs
+from splinescope.browser.page import open_page
+from splinescope.computing.solution import Solution
 from splinescope.paths import find_log
 from splinescope.session import Session
-from splinescope.solution import Solution
 from splinescope.view import Selection
 from splinescope.viewer import Barrier, Viewer
 

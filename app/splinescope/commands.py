@@ -8,10 +8,10 @@ from pathlib import Path
 from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
+from splinescope.browser.link import Link
+from splinescope.browser.values import Place
 from splinescope.closures import ClosurePage
 from splinescope.editing import Picking
-from splinescope.link import Link
-from splinescope.page_values import Place
 from splinescope.recipe import Recipe
 from splinescope.subject import EditKind
 from splinescope.view import Colouring, Layer, Piece, Selection

@@ -20,11 +20,11 @@ from bspline_slam.edits.journal import Journal, Origin
 from bspline_slam.errors import EditError
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamStep
-from splinescope import edit_messages as told
+from splinescope.computing import edit_messages as told
+from splinescope.computing.messages import Failed, Message, Stopped
 from splinescope.doubts import Doubts
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
-from splinescope.messages import Failed, Message, Stopped
 from splinescope.notice import Notice
 from splinescope.recent import Recent, State
 from splinescope.result import Result

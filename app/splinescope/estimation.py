@@ -12,15 +12,15 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import ConfigError
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
-from splinescope import messages as told
 from splinescope.activity import Activity, Work, duration
-from splinescope.edit_messages import Ghost
+from splinescope.computing import messages as told
+from splinescope.computing.edit_messages import Ghost
+from splinescope.computing.solution import Solution
 from splinescope.findings import Findings
 from splinescope.map_view import moved
 from splinescope.notice import Notice
 from splinescope.recipe import Recipe
 from splinescope.result import Result, Results
-from splinescope.solution import Solution
 
 
 class Estimator(Protocol):

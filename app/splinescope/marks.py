@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bspline_slam.association import Verdict
-from splinescope.page_values import Mark
+from splinescope.browser.values import Mark
 
 if TYPE_CHECKING:
     from splinescope.session import Session

@@ -9,11 +9,12 @@ import numpy as np
 
 from bspline_slam import se2
 from splinescope.actions import described, refusals
-from splinescope.camera import Camera, bounds
+from splinescope.browser.camera import Camera, bounds
+from splinescope.browser.page import Bounds, Mark, Page, TimelineState
+from splinescope.browser.values import Place
+from splinescope.browser.visitors import Visitors
 from splinescope.guide import Guide
 from splinescope.marks import marks
-from splinescope.page import Bounds, Mark, Page, TimelineState
-from splinescope.page_values import Place
 from splinescope.panels.panel import Post
 from splinescope.panels.side_bar import SideBar
 from splinescope.panels.status import status_line
@@ -21,7 +22,6 @@ from splinescope.scene import Scene
 from splinescope.session import Session
 from splinescope.stage import stage_of
 from splinescope.view import MapView
-from splinescope.visitors import Visitors
 
 DRAWS_PER_SECOND = 30.0
 PANELS_PER_SECOND = 8.0

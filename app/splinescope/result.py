@@ -12,10 +12,10 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamStep, Snapshot
-from splinescope.iterations import Frame
+from splinescope.computing.iterations import Frame
+from splinescope.computing.solution import Solution
 from splinescope.quality import Quality
 from splinescope.recipe import Recipe
-from splinescope.solution import Solution
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -14,26 +14,26 @@ from bspline_slam.slam import Snapshot
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.activity import Activity
+from splinescope.browser.link import Link
+from splinescope.browser.log_view import LogView
+from splinescope.browser.preferences import Preferences
+from splinescope.browser.values import Bounds, Place
 from splinescope.closures import ClosurePage
-from splinescope.edit_messages import Ghost
+from splinescope.computing.edit_messages import Ghost
+from splinescope.computing.iterations import Frame, at_frame
+from splinescope.computing.messages import Measured, Message
+from splinescope.computing.solution import Solution
 from splinescope.editing import Answering, Editing, Nobody
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
-from splinescope.iterations import Frame, at_frame
 from splinescope.journals import Journals
-from splinescope.link import Link
-from splinescope.log_view import LogView
 from splinescope.map_view import view_map
-from splinescope.messages import Measured, Message
 from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
-from splinescope.page_values import Bounds, Place
 from splinescope.playback import Playback, play_axis
-from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
 from splinescope.result import Result, Results
 from splinescope.ruler import Ruler, picked_from, places
-from splinescope.solution import Solution
 from splinescope.subject import Subject, subject_of
 from splinescope.view import Colouring, GhostView, MapView, ScanView, Selection, View
 

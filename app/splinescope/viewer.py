@@ -24,17 +24,19 @@ from jaxtyping import Float
 from bspline_slam.errors import SplineSlamError
 from bspline_slam.logs import open_log
 from splinescope import commands as ask
-from splinescope import preferences as prefs
 from splinescope.actions import PageRequest, Perform, find
-from splinescope.addresses import told_addresses
-from splinescope.asker import asker
-from splinescope.editor import Editor
+from splinescope.browser import preferences as prefs
+from splinescope.browser.addresses import told_addresses
+from splinescope.browser.asker import asker
+from splinescope.browser.link import Link
+from splinescope.browser.page import Page, open_page
+from splinescope.browser.visitors import Visitors
+from splinescope.computing.editor import Editor
+from splinescope.computing.messages import Message
+from splinescope.computing.worker import Worker
 from splinescope.guide import Guide
 from splinescope.journals import Journals
-from splinescope.link import Link
-from splinescope.messages import Message
 from splinescope.notice import Notice
-from splinescope.page import Page, open_page
 from splinescope.panels import closures, decisions, edit_lists
 from splinescope.paths import SAMPLE, find_log
 from splinescope.picking import pick, pick_box, pick_piece
@@ -42,8 +44,6 @@ from splinescope.presenter import Presenter
 from splinescope.ruler import picked_from
 from splinescope.session import Session
 from splinescope.view import Selection
-from splinescope.visitors import Visitors
-from splinescope.worker import Worker
 
 logger = logging.getLogger(__name__)
 

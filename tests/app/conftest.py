@@ -8,9 +8,9 @@ from contextlib import ExitStack
 import pytest
 from playwright.sync_api import Browser
 
-from app.browser import Window, opened
+from app.chromium import Window, opened
 from splinescope.actions import described
-from splinescope.page import Page, open_page
+from splinescope.browser.page import Page, open_page
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig
-from splinescope import jobs
+from splinescope.browser.preferences import Preferences
 from splinescope.commands import LogOpened, OpenLog
-from splinescope.messages import FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
-from splinescope.preferences import Preferences
+from splinescope.computing import jobs
+from splinescope.computing.messages import FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
 from splinescope.session import Session
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from splinescope.browser.page import open_page
 from splinescope.commands import OpenLog
-from splinescope.page import open_page
 from splinescope.viewer import Viewer
 
 

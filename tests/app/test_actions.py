@@ -14,11 +14,11 @@ from app.logs import corridor_log
 from splinescope import commands as ask
 from splinescope.actions import ACTIONS, GROUPS, PageRequest, described, refusals
 from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS
-from splinescope.page import Page
+from splinescope.browser.page import Page
+from splinescope.browser.preferences import Preferences
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.action_row import action_row, button
 from splinescope.paths import static_folder
-from splinescope.preferences import Preferences
 from splinescope.session import Session
 from splinescope.view import Layer, Selection
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.browser import Window
+from app.chromium import Window
 from app.logs import corridor_log, write_carmen
 from bspline_slam.edits.edit import Force
 from bspline_slam.errors import ConfigError, EditError, SplineSlamError

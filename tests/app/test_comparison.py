@@ -11,8 +11,8 @@ import viser
 from app.inline import InlineEstimator, deliver, session_with, stand_in
 from app.logs import MemoryLog, corridor_log
 from splinescope import commands as ask
+from splinescope.browser.page import Page
 from splinescope.comparison import FIGURES, differences, figures, largest_pose_difference
-from splinescope.page import Page
 from splinescope.panels import compare
 from splinescope.recipe import Recipe
 from splinescope.result import Result, Results

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.browser import Window, until
+from app.chromium import Window, until
 from app.running import running_viewer
 from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
 from splinescope import commands as ask
+from splinescope.browser.preferences import Preferences, save
 from splinescope.pieces import every_piece, name_of_piece, points_of
-from splinescope.preferences import Preferences, save
 from splinescope.subject import EditKind
 from splinescope.view import Selection
 from splinescope.viewer import Viewer

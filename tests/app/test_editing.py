@@ -35,8 +35,9 @@ from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope import edit_desk
-from splinescope.edit_jobs import Jobs as EditJobs
-from splinescope.edit_messages import (
+from splinescope.browser.preferences import Preferences
+from splinescope.computing.edit_jobs import Jobs as EditJobs
+from splinescope.computing.edit_messages import (
     EditRequest,
     EditsMade,
     FindPreview,
@@ -47,15 +48,14 @@ from splinescope.edit_messages import (
     PreviewFound,
     QuickAnswer,
 )
+from splinescope.computing.jobs import Jobs
+from splinescope.computing.messages import Failed, Finished, Message, ProcessLog, SolveMap
 from splinescope.editing import Editing, Picking
-from splinescope.jobs import Jobs
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
-from splinescope.messages import Failed, Finished, Message, ProcessLog, SolveMap
 from splinescope.panels.inspector import shown
 from splinescope.pieces import every_piece, name_of_piece
-from splinescope.preferences import Preferences
 from splinescope.recipe import Recipe
 from splinescope.session import Session
 from splinescope.subject import EditKind

@@ -9,12 +9,20 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from app.browser import Window, until
+from app.chromium import Window, until
 from app.running import running_viewer
 from bspline_slam.backends import BACK_ENDS
 from splinescope.comparison import largest_pose_difference
-from splinescope.jobs import Jobs
-from splinescope.messages import CovariancesFound, Failed, FindCovariances, Finished, Message, ProcessLog, SolveMap
+from splinescope.computing.jobs import Jobs
+from splinescope.computing.messages import (
+    CovariancesFound,
+    Failed,
+    FindCovariances,
+    Finished,
+    Message,
+    ProcessLog,
+    SolveMap,
+)
 from splinescope.recipe import Recipe
 from splinescope.result import Result
 from splinescope.viewer import Viewer

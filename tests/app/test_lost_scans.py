@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from splinescope.command_line.run import summary_text
 from splinescope.lost_scans import MOST_RUNS, listed, lost_in_words, next_lost
-from splinescope.run import summary_text
 
 
 @pytest.mark.parametrize(

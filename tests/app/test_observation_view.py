@@ -12,10 +12,10 @@ from bspline_slam.association import Verdict
 from bspline_slam.observation_steps import ObservedRelation
 from bspline_slam.relation import EndRelation, Relation
 from bspline_slam.slam import SlamConfig
-from splinescope.observation_picture import observation_picture
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.palette import DARK, LIGHT
 from splinescope.panels import observation as panel
+from splinescope.pictures.observation import observation_picture
 from splinescope.view import MapView, ScanView, Selection
 
 CONFIG = SlamConfig()

@@ -13,8 +13,9 @@ from app.logs import MemoryLog, corridor_log
 from bspline_slam.lab.crispness import Crispness
 from splinescope import commands as ask
 from splinescope.activity import Activity, Work, duration
-from splinescope.messages import MapChanged
-from splinescope.page import Page
+from splinescope.browser.page import Page
+from splinescope.browser.preferences import Preferences
+from splinescope.computing.messages import MapChanged
 from splinescope.panels import (
     calibration,
     consistency,
@@ -28,7 +29,6 @@ from splinescope.panels import (
     timeline,
 )
 from splinescope.panels.side_bar import SideBar
-from splinescope.preferences import Preferences
 from splinescope.session import Session
 from splinescope.stage import stage_of
 from splinescope.view import Layer, Selection

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from app import views
-from app.browser import until
+from app.chromium import until
 from bspline_slam.association import Verdict
+from splinescope.browser.page import Page
+from splinescope.browser.values import Viewport
 from splinescope.grades import RESIDUALS
-from splinescope.page import Page
-from splinescope.page_values import Viewport
 from splinescope.palette import DARK, LIGHT, VERDICT_STYLES, theme
 from splinescope.scene import Scene, bounds_of
 from splinescope.scene.detail import Detail

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from app import views
 from bspline_slam.bspline import BSpline, clamped_knots
-from splinescope.page_values import Viewport
+from splinescope.browser.values import Viewport
 from splinescope.palette import Glyph, LineStyle
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import OVERVIEW, Detail

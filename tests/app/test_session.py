@@ -14,11 +14,11 @@ from app.logs import MemoryLog, corridor_log
 from bspline_slam import se2
 from bspline_slam.measuring import Measurement, PickedPose
 from splinescope import commands as ask
-from splinescope import messages as told
 from splinescope.actions import ACTIONS, PageRequest
 from splinescope.activity import Work
-from splinescope.link import Link
-from splinescope.preferences import FIRST_LAYERS, Preferences
+from splinescope.browser.link import Link
+from splinescope.browser.preferences import FIRST_LAYERS, Preferences
+from splinescope.computing import messages as told
 from splinescope.recipe import Recipe
 from splinescope.session import Session
 from splinescope.view import Colouring, Layer, Selection

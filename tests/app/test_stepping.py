@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import expect
 
-from app.browser import Window, until
+from app.chromium import Window, until
 from app.running import running_viewer
 from splinescope import commands as ask
 from splinescope.observation_view import ObservationStep

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import expect
 
-from app.browser import Window, until
+from app.chromium import Window, until
 from splinescope.api import open_workbench
 from splinescope.tour import STEPS, erring, mistake_in
 

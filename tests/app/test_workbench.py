@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, expect
 
-from app.browser import READY, Window, until
+from app.chromium import READY, Window, until
 from app.logs import corridor_log, write_carmen
 from app.running import running_viewer
 from splinescope import commands as ask
 from splinescope.actions import ACTIONS
 from splinescope.actions.page import TABS
+from splinescope.browser.link import Link
+from splinescope.browser.preferences import FIRST_LAYERS, Preferences, load, save
 from splinescope.grades import WIDTHS
-from splinescope.link import Link
-from splinescope.preferences import FIRST_LAYERS, Preferences, load, save
 from splinescope.view import Colouring, Layer, Selection
 from splinescope.viewer import Viewer
 

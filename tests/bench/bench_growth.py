@@ -22,7 +22,7 @@ from bspline_slam import se2
 from bspline_slam.lab.evaluation import alignment
 from bspline_slam.logs import open_log
 from bspline_slam.slam import Slam, SlamConfig, marginals
-from splinescope.report import peak_memory_mb
+from splinescope.command_line.report import peak_memory_mb
 
 COLUMNS = (
     "times", "scans", "keys", "splines", "front s", "ms/scan", "95 % ms", "finish s", "ms/key", "covar s", "MB",

@@ -19,9 +19,9 @@ from bench.recordings import largest_recording
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Slam, SlamConfig
-from splinescope.live_map import LiveMap
-from splinescope.messages import Message
-from splinescope.reporter import Reporter
+from splinescope.computing.live_map import LiveMap
+from splinescope.computing.messages import Message
+from splinescope.computing.reporter import Reporter
 
 PERCENTILES = (50, 95, 99, 100)
 

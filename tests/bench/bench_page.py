@@ -14,7 +14,7 @@ import numpy as np
 from bench.recordings import largest_recording
 from bspline_slam.logs import open_log
 from splinescope import commands as ask
-from splinescope.page import open_page
+from splinescope.browser.page import open_page
 from splinescope.viewer import Viewer
 
 FRAME = 1 / 30

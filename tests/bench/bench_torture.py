@@ -25,7 +25,7 @@ from bspline_slam import se2
 from bspline_slam.lab.evaluation import alignment
 from bspline_slam.logs import open_log
 from bspline_slam.slam import run_slam
-from splinescope.report import peak_memory_mb
+from splinescope.command_line.report import peak_memory_mb
 
 COLUMNS = ("scans", "keys", "splines", "loops", "lost", "unfit", "mean m", "most m", "astray", "CPU s", "MB")
 IN_PLACES = ("as it is", "no odometry", "30 % missing", "30 % hidden", "laser upside down")

@@ -10,9 +10,9 @@ from typing import Any
 
 from bench.processes import run_module
 from bench.recordings import SAMPLES, recordings_folder
-from splinescope import twin_table as table
-from splinescope.twin import run_trials
-from splinescope.twin_source import chosen_stretch, read_twin
+from splinescope.command_line import twin_table as table
+from splinescope.command_line.twin import run_trials
+from splinescope.command_line.twin_source import chosen_stretch, read_twin
 
 OFFICE, INTEL = SAMPLES / "office.log.gz", "intel-lab.log.gz"
 

@@ -9,9 +9,9 @@ from bspline_slam.lab.scan_test import ScanTest
 from splinescope import table
 from splinescope.activity import Work
 from splinescope.commands import Seek
-from splinescope.consistency_picture import in_words, next_outside, scan_test_picture
 from splinescope.palette import theme
 from splinescope.panels.panel import Post, on_press
+from splinescope.pictures.consistency import in_words, next_outside, scan_test_picture
 from splinescope.session import Session
 
 INTRODUCTION = (

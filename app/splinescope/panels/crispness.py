@@ -11,8 +11,8 @@ from splinescope.commands import SetColouring
 from splinescope.grades import RESIDUALS, shares
 from splinescope.palette import theme
 from splinescope.panels.panel import Post, on_change
+from splinescope.pictures.residuals import grades_picture, residual_picture
 from splinescope.quality import Quality
-from splinescope.residual_picture import grades_picture, residual_picture
 from splinescope.session import Session
 from splinescope.view import Colouring
 

@@ -8,13 +8,13 @@ import viser
 from splinescope import table
 from splinescope.activity import Work, duration
 from splinescope.commands import Choose
+from splinescope.computing.solution import Solution
 from splinescope.estimation import by_hand_in_words
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.panel import Post, on_change
 from splinescope.panels.status import doing
 from splinescope.recipe import ORDERS, Recipe
 from splinescope.session import Session
-from splinescope.solution import Solution
 
 ABOUT_BACK_ENDS = {
     "direct": "Gauss–Newton on all poses and control points at once, with a sparse Cholesky factor.",

@@ -8,10 +8,10 @@ import viser
 from bspline_slam.relation import EndComparison, EndRelation, Relation
 from splinescope import table
 from splinescope.commands import Seek, Select, ShowObservation, StepObservation
-from splinescope.observation_picture import observation_picture
 from splinescope.observation_view import CHORD_LENGTH, ObservationStep, ObservationView
 from splinescope.palette import theme
 from splinescope.panels.panel import Post, on_choice, on_press
+from splinescope.pictures.observation import observation_picture
 from splinescope.session import Session
 from splinescope.view import Selection
 

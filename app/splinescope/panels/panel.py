@@ -8,7 +8,7 @@ from typing import Protocol
 import viser
 
 from splinescope.actions import Perform
-from splinescope.asker import asked_by
+from splinescope.browser.asker import asked_by
 from splinescope.commands import Command
 from splinescope.session import Session
 

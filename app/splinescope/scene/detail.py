@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from splinescope.page_values import Bounds, Viewport
+from splinescope.browser.values import Bounds, Viewport
 
 CLOSE = 0.015  # m per pixel: from here on control points of the map stand far enough apart to be told from each other
 READABLE = 0.03  # m per pixel: farther away the signs on a scan would only cover each other

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinescope.browser.page import Page
+from splinescope.browser.values import Bounds
 from splinescope.grades import UNKNOWN, WIDTHS, Scale, scale_of
-from splinescope.page import Page
-from splinescope.page_values import Bounds
 from splinescope.palette import Theme, theme
 from splinescope.scene import ghost_layers, map_layers, scan_layers
 from splinescope.scene.detail import OVERVIEW, Detail

@@ -1,0 +1,1 @@
+"""The commands: what each `splinescope …` does, and how it prints."""

@@ -1,0 +1,1 @@
+"""The estimator's side: what runs in processes of its own, and the messages that come and go."""

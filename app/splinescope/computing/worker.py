@@ -1,0 +1,146 @@
+"""The estimator's process: started when first needed, told what to do, listened to, replaced when it dies."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from bspline_slam.edits.edit import Edit
+from bspline_slam.measuring import Picked
+from bspline_slam.slam import SlamConfig
+from splinescope.computing.edit_messages import EditRequest
+from splinescope.computing.messages import (
+    SENT_BEFORE,
+    Failed,
+    FindCovariances,
+    MeasureMap,
+    Message,
+    ProcessLog,
+    Request,
+    SolveMap,
+)
+
+NICENESS = 5
+"""The estimator gives way to the page when both want the same core."""
+
+
+class Worker:
+    """Hands requests to a process of its own and gives every message it sends to `post` (from another thread).
+
+    Jobs are numbered from 1 in the order of asking and done in that order, by the class `Jobs` of the module `jobs`.
+    """
+
+    def __init__(self, post: Callable[[Message], None], jobs: str = "splinescope.computing.jobs") -> None:
+        self._post = post
+        self._jobs = jobs
+        self._context = multiprocessing.get_context("spawn")
+        self._cancelled = self._context.Value("q", 0, lock=False)
+        self._job = 0
+        self._sent = b""
+        self._process: BaseProcess | None = None
+        self._requests: Any = None
+
+    def start(self) -> None:
+        """Start the process if it does not run, so that it is ready when asked."""
+        if self._process is not None and self._process.is_alive():
+            return
+        inbox, outbox = self._context.Pipe(duplex=False)
+        self._requests, self._sent = self._context.Queue(), b""
+        process = self._process = self._context.Process(
+            target=serve, args=(self._requests, outbox, self._cancelled, self._jobs), name=self._jobs, daemon=True
+        )
+        process.start()
+        outbox.close()
+        threading.Thread(target=self._listen, args=(inbox, process), daemon=True).start()
+
+    @property
+    def process_id(self) -> int | None:
+        """Number of the process in the system; None before it was first needed."""
+        return self._process.pid if self._process is not None else None
+
+    def process(self, path: Path, config: SlamConfig) -> int:
+        """Ask for the whole pipeline over a log; returns the job's number. The process forgets what it got before."""
+        self._sent = b""
+        return self._ask(ProcessLog(self._job + 1, path, config))
+
+    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        """Ask for a map with hand edits to be solved again, `kept` being what came with it before these; returns the
+        job's number."""
+        return self._ask(SolveMap(self._job + 1, path, kept, config, edits))
+
+    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        """Ask for the covariances of a map with hand edits, `kept` being what came with it before these; returns the
+        job's number."""
+        return self._ask(FindCovariances(self._job + 1, path, kept, config, edits))
+
+    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
+        """Ask how far two things of a map with hand edits are apart, `kept` being what came with it before these;
+        returns the job's number."""
+        return self._ask(MeasureMap(self._job + 1, kept, config, edits, first, second))
+
+    def cancel(self) -> None:
+        """Stop every job asked for so far."""
+        self._cancelled.value = self._job
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.join(5)
+
+    def _ask(self, request: Request | EditRequest) -> int:
+        """A snapshot is large: one that the process got with the request before is not sent again."""
+        self.start()
+        self._job = request.job
+        if isinstance(request, SolveMap | FindCovariances | MeasureMap):
+            again, self._sent = request.kept is self._sent, request.kept
+            request = replace(request, kept=SENT_BEFORE) if again else request
+        self._requests.put(request)
+        return request.job
+
+    def _listen(self, inbox: Connection, process: BaseProcess) -> None:
+        try:
+            while True:
+                self._post(inbox.recv())
+        except (EOFError, OSError):
+            process.join(5)
+        if process is self._process:
+            self._post(Failed(self._job, obituary(process.exitcode)))
+
+
+def obituary(exit_code: int | None) -> str:
+    """Why a process ended, for a person."""
+    if exit_code is not None and exit_code < 0:
+        name = signal.Signals(-exit_code).name
+        reason = "the system stopped it, most likely for lack of memory" if name == "SIGKILL" else f"signal {name}"
+    else:
+        reason = f"exit code {exit_code}"
+    return f"The estimator ended unexpectedly ({reason}). What it had sent before stands."
+
+
+def serve(requests: Any, outbox: Connection, cancelled: Any, jobs_module: str) -> None:
+    """The process: do requests for ever. It ends with the process that started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(NICENESS)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    jobs = import_module(jobs_module).Jobs(outbox.send)  # slow to import: the estimator and its solvers
+    while True:
+        request = requests.get()
+        jobs.do(request, lambda job=request.job: cancelled.value >= job)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(0)
