@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TextIO
 
 INTERVAL = 0.1
@@ -39,6 +41,16 @@ class ProgressLine:
         if self._live and self._stage:
             self._stream.write("\n")
         self._stage = ""
+
+
+@contextmanager
+def progress_line() -> Iterator[Callable[[str, float], None]]:
+    """Progress on standard error, where results do not go."""
+    line = ProgressLine(sys.stderr)
+    try:
+        yield line
+    finally:
+        line.end()
 
 
 def describe(stage: str, fraction: float, elapsed: float) -> str:
