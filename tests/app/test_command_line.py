@@ -119,6 +119,7 @@ def test_evaluate_measures_the_map_against_its_log(
     assert 0.002 < figures["crispness"]["rms_within_5cm_m"] < 0.02 and figures["crispness"]["share_within_3cm"] > 0.9
     assert figures["held_out"]["beams"] < figures["crispness"]["beams"]
     assert figures["map"]["control_points"] == report["counts"]["control_points"]
+    assert 0.0 <= figures["map"]["double_walls_m"] < 0.1 * figures["map"]["spline_metres"]
     assert figures["map"]["bytes"] < figures["map"]["grid_bytes"] and figures["map"]["grid_bytes_gzip"] > 0
     assert figures["run"]["seconds"] == report["seconds"]
     assert main(["evaluate", str(results), "--log", str(simulated)]) == 0
@@ -127,6 +128,7 @@ def test_evaluate_measures_the_map_against_its_log(
         "crispness",
         "held",
         "map",
+        "double",
         "size",
         "run",
     ]

@@ -8,6 +8,7 @@ from typing import Any
 from bspline_slam.errors import ConfigError
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.lab.crispness import crispness
+from bspline_slam.lab.double_walls import double_walls
 from bspline_slam.lab.evaluation import TrajectoryErrors
 from bspline_slam.lab.finished_run import MAP, TRAJECTORY, FinishedRun
 from bspline_slam.lab.held_out import held_out
@@ -50,7 +51,8 @@ def map_figures(run: FinishedRun, log_path: Path | None) -> dict[str, Any]:
             "crispness": text.crispness_figures(crispness(beams, run.splines)),
             "held_out": text.crispness_figures(held_out(beams, run.splines, config)),
         }
-    return fit | {"map": text.size_figures(MapSize.of(run.splines, beams)), "run": text.cost_figures(run.report)}
+    size = text.size_figures(MapSize.of(run.splines, beams), double_walls(run.splines))
+    return fit | {"map": size, "run": text.cost_figures(run.report)}
 
 
 def evaluation_text(figures: dict[str, Any]) -> str:

@@ -100,12 +100,13 @@ def held_out_text(figures: dict[str, Any]) -> str:
     return f"held out     {_near(figures)}   curves fitted to even beams, held against odd ones"
 
 
-def size_figures(size: MapSize) -> dict[str, Any]:
-    """Splines, control points and bytes."""
+def size_figures(size: MapSize, doubled: float) -> dict[str, Any]:
+    """Splines, control points and bytes, and how many metres of curve show a wall twice."""
     return {
         "splines": size.splines,
         "control_points": size.control_points,
         "spline_metres": round(size.metres, 2),
+        "double_walls_m": round(doubled, 2),
         "bytes": size.raw,
         "bytes_gzip": size.packed,
         "grid_bytes": size.grid_raw,
@@ -120,6 +121,7 @@ def size_text(figures: dict[str, Any]) -> str:
     return (
         f"map          {figures['splines']} splines, {figures['control_points']:,} control points, "
         f"{figures['spline_metres']:g} m\n"
+        f"double walls {figures['double_walls_m']:.1f} m of curve within 8 cm of a longer one that faces the same way\n"
         f"size         {figures['bytes']:,} bytes, {figures['bytes_gzip']:,} gzip: "
         "control points and knots as float32\n"
         f"             {grid:,} bytes, {packed}: a grid of 5 cm cells over the same rectangle"
