@@ -18,10 +18,11 @@ from bspline_slam.backends.protocol import BackEnd, Cancelling, Estimate, Iterat
 from bspline_slam.errors import Cancelled
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.flat_curves import FlatCurves
-from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor, square_root
+from bspline_slam.flat_factors import FlatFactors
+from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, square_root
 from bspline_slam.laser_noise import calibrated
 from bspline_slam.models.protocol import Model, SeenBeams
-from bspline_slam.observation import SplineObservation, across_sigma
+from bspline_slam.observation import across_sigma
 from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet, renumbered
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.trimming import TrimmingConfig, agreed, thinned, trimmed
@@ -64,21 +65,22 @@ def build_graph(
     it."""
     feet = find_feet(sights, splines, poses, gate)
     observed = _observations(sights, feet, splines, poses, config, model)
-    told = np.isin(sights.piece, [piece for piece, _ in observed])
-    feet = replace(feet, counts=feet.counts & told)
+    feet = replace(feet, counts=feet.counts & np.isin(sights.piece, observed.pose))
     seen = np.unique(sights.spline[feet.counts])
     kept = [splines.splines[k] for k in seen]
     place = np.full(len(splines), -1)
     place[seen] = np.arange(len(seen))
     curves = FlatCurves.of([spline.curve for spline in kept])
-    held = () if model.measures_along else _slides(sights, feet, curves, poses, place, config)
+    factors_of_splines = [_on_graph(observed, sights, place, curves.point_start)]
+    if not model.measures_along:
+        factors_of_splines.append(_slides(sights, feet, curves, poses, place, config))
     return Graph(
         key_scans=np.array([key.scan for key in keys], dtype=np.int64),
         poses=poses,
         spline_ids=np.array([spline.id for spline in kept], dtype=np.int64),
         spline_first=curves.point_start,
         control_points=curves.control_points,
-        spline_factors=(*_spline_factors(observed, sights, place, curves.point_start), *held),
+        spline_factors=FlatFactors.joined(factors_of_splines),
         pose_factors=_remaining_factors(factors, poses, sights, feet, config, model.fitting),
         pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
         shape_priors=tuple(_bends(curves, config)),
@@ -93,11 +95,12 @@ def _observations(
     poses: Float[np.ndarray, "n 3"],
     config: AdjustmentConfig,
     model: Model,
-) -> list[tuple[int, SplineObservation]]:
-    """What the model makes of each association that says something, with the number of its piece."""
+) -> FlatFactors:
+    """What the model makes of each association that says something, with the number of its piece for that of the
+    pose, on the control points of its own curve."""
     kept = np.flatnonzero(feet.counts)
     if len(kept) == 0:
-        return []
+        return FlatFactors.of(())
     normals = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
     sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
     weight = 1.0 / np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
@@ -108,21 +111,16 @@ def _observations(
     beams = SeenBeams(cuts, sensors, points, feet.first[kept], feet.basis[kept], normals, right, weight)
     curves = [splines.splines[k].curve for k in sights.spline[at].tolist()]
     told = model.observe(curves, poses[sights.pose[at]], beams)
-    pieces = sights.piece[at].tolist()
-    return [(piece, one) for piece, one in zip(pieces, told, strict=True) if one is not None]
+    return replace(told, pose=sights.piece[at][told.pose])
 
 
-def _spline_factors(
-    observed: Sequence[tuple[int, SplineObservation]],
-    sights: Sights,
-    place: Int[np.ndarray, "s"],
-    spline_first: Int[np.ndarray, "s1"],
-) -> Iterator[SplineFactor]:
-    """The observations on the control points of the graph."""
-    beam = np.searchsorted(sights.piece, [piece for piece, _ in observed])
-    offsets, poses = spline_first[place[sights.spline[beam]]], sights.pose[beam]
-    for (_, one), offset, pose in zip(observed, offsets.tolist(), poses.tolist(), strict=True):
-        yield SplineFactor(pose, offset + one.first, one.A, one.b, one.readings, one.constant)
+def _on_graph(
+    observed: FlatFactors, sights: Sights, place: Int[np.ndarray, "s"], spline_first: Int[np.ndarray, "s1"]
+) -> FlatFactors:
+    """The observations on the poses and the control points of the graph."""
+    beam = np.searchsorted(sights.piece, observed.pose)
+    first = spline_first[place[sights.spline[beam]]] + observed.first
+    return replace(observed, pose=sights.pose[beam], first=first)
 
 
 def _beams(
@@ -159,7 +157,7 @@ def _slides(
     poses: Float[np.ndarray, "n 3"],
     place: Int[np.ndarray, "s"],
     config: AdjustmentConfig,
-) -> Iterator[SplineFactor]:
+) -> FlatFactors:
     """Hold each control point along its curve, relative to the pose that saw most of the spline: a gauge, not a
     measurement. The more control points a curve has, the weaker each is held, or a long curve would be tied to one
     pose."""
@@ -171,9 +169,10 @@ def _slides(
     _, tangents = curves.greville()
     rows = se2.rotate(-poses[pose], tangents) / (config.slide * np.sqrt(np.repeat(counts, counts)))[:, None]
     local = se2.transform(se2.inverse(poses[pose]), curves.control_points)
-    right = (rows * local).sum(1)
-    for i, observer in enumerate(pose.tolist()):
-        yield SplineFactor(observer, i, rows[i : i + 1], right[i : i + 1])
+    right, count = (rows * local).sum(1), len(pose)
+    nothing = np.zeros(count, dtype=np.int64)
+    one = np.ones((count, 2), dtype=np.int64)
+    return FlatFactors.laid_out(pose, np.arange(count), one, rows.ravel(), right, nothing, np.zeros(count))
 
 
 def _bends(curves: FlatCurves, config: AdjustmentConfig) -> Iterator[ShapePrior]:

@@ -6,6 +6,7 @@ residual is written whitened, so the cost is ½ Σ ρ(‖e‖²) and χ² = Σ �
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,7 +150,7 @@ class Graph:
     spline_ids: Int[np.ndarray, "s"]
     spline_first: Int[np.ndarray, "s1"]
     control_points: Float[np.ndarray, "N 2"]
-    spline_factors: tuple[SplineFactor, ...] = ()
+    spline_factors: Sequence[SplineFactor] = ()
     pose_factors: tuple[PoseFactor, ...] = ()
     pose_priors: tuple[PosePrior, ...] = ()
     shape_priors: tuple[ShapePrior, ...] = ()

@@ -7,6 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bspline_slam.errors import SolverError
+from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.graph import Graph
 
 
@@ -15,10 +16,10 @@ def check_anchored(graph: Graph) -> None:
     if not graph.pose_priors:
         raise SolverError("no pose has a prior, so nothing says where the map lies in the world")
     n = len(graph.poses)
-    firsts = np.array([factor.first for factor in graph.spline_factors], dtype=np.int64)
-    seen = n + np.searchsorted(graph.spline_first, firsts, side="right") - 1
-    tails = [factor.pose for factor in graph.spline_factors] + [factor.i for factor in graph.pose_factors]
-    heads = [*seen, *(factor.j for factor in graph.pose_factors)]
+    sights, between = FlatFactors.of(graph.spline_factors), graph.pose_factors
+    seen = n + np.searchsorted(graph.spline_first, sights.first, side="right") - 1
+    tails = np.append(sights.pose, np.array([factor.i for factor in between], dtype=np.int64))
+    heads = np.append(seen, np.array([factor.j for factor in between], dtype=np.int64))
     count = n + len(graph.spline_ids)
     ties = coo_array((np.ones(len(tails)), (tails, heads)), shape=(count, count))
     _, group = connected_components(ties, directed=False)

@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
-from bspline_slam.graph import Graph
+from bspline_slam.flat_factors import FlatFactors
+from bspline_slam.graph import Graph, SplineFactor
 from bspline_slam.kernels import linearise
 
 WORLD = -1
@@ -76,20 +77,11 @@ class EdgeTerms:
 
 def pack_curves(graph: Graph) -> CurveTerms:
     """All spline factors, then all shape priors."""
-    terms = [*graph.spline_factors, *graph.shape_priors]
-    observer = [factor.pose for factor in graph.spline_factors] + [WORLD] * len(graph.shape_priors)
-    rows = np.array([len(term.b) for term in terms], dtype=np.int64)
-    points = np.array([term.A.shape[1] // 2 for term in terms], dtype=np.int64)
-    lengths = np.column_stack([rows * 2 * points, rows, 4 * points * points])
-    packed = CurveTerms(
-        np.array(observer, dtype=np.int64),
-        np.array([term.first for term in terms], dtype=np.int64),
-        np.column_stack([rows, points]),
-        np.cumsum(lengths, axis=0) - lengths,
-        np.concatenate([np.empty(0), *(term.A.ravel() for term in terms)]),
-        np.concatenate([np.empty(0), *(term.b for term in terms)]),
-        np.empty(int(lengths[:, 2].sum())),
-    )
+    shapes = FlatFactors.of([SplineFactor(WORLD, prior.first, prior.A, prior.b) for prior in graph.shape_priors])
+    terms = FlatFactors.joined([FlatFactors.of(graph.spline_factors), shapes])
+    squares = np.square(2 * terms.size[:, 1])
+    start = np.column_stack([terms.start, np.cumsum(squares) - squares])
+    packed = CurveTerms(terms.pose, terms.first, terms.size, start, terms.A, terms.b, np.empty(squares.sum()))
     linearise.square_terms(packed.size, packed.start, packed.A, packed.gram)
     return packed
 

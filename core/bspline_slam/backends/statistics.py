@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, Descent, State
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves
 from bspline_slam.backends.protocol import Estimate
+from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.graph import Graph, SplineFactor
 from bspline_slam.kernels import determined as kernels
 from bspline_slam.kernels import linearise
@@ -40,7 +41,7 @@ def chi_square(graph: Graph, curves: CurveTerms, edges: EdgeTerms, state: State)
     observations."""
     observed = curves.only(measured(graph)).cost(state.poses, state.control_points)
     relative = edges.first(len(graph.pose_factors)).cost(state.poses)[1]
-    return observed + relative + sum(factor.constant for factor in graph.spline_factors)
+    return observed + relative + float(FlatFactors.of(graph.spline_factors).constant.sum())
 
 
 def degrees_of_freedom(graph: Graph, curves: CurveTerms, state: State) -> float:
@@ -49,17 +50,12 @@ def degrees_of_freedom(graph: Graph, curves: CurveTerms, state: State) -> float:
     All poses without a prior count fully. A spline counts tr((D + Q)⁻¹ D) parameters, D being the information that
     observations give its control points and Q that of gauge and shape prior: less than two for each control point.
     """
-    rows = sum(_rows(factor) for factor in graph.spline_factors) + 3 * len(graph.pose_factors)
+    rows = int(FlatFactors.of(graph.spline_factors).measured.sum()) + 3 * len(graph.pose_factors)
     held = len({prior.pose for prior in graph.pose_priors})
     data = measured(graph)
     told, held_by_priors = _band(curves.only(data), state), _band(curves.only(~data), state)
     determined = kernels.determined(told, held_by_priors, graph.spline_first, STEP_INFORMATION)
     return rows - 3 * (len(graph.poses) - held) - determined
-
-
-def _rows(factor: SplineFactor) -> int:
-    """A distance for each beam; where the factor sums nothing up beyond its rows, those; none for a gauge."""
-    return factor.readings if factor.constant > 0 else len(factor.b) if measures(factor) else 0
 
 
 def measures(factor: SplineFactor) -> bool:
@@ -69,8 +65,8 @@ def measures(factor: SplineFactor) -> bool:
 
 def measured(graph: Graph) -> Bool[np.ndarray, "f"]:
     """Which curve terms hold beams: not the gauges among spline factors, and no shape prior."""
-    factors = [measures(factor) for factor in graph.spline_factors]
-    return np.array(factors + [False] * len(graph.shape_priors), dtype=bool)
+    factors = FlatFactors.of(graph.spline_factors).readings > 0
+    return np.append(factors, np.zeros(len(graph.shape_priors), dtype=bool))
 
 
 def spline_information(graph: Graph, curves: CurveTerms, state: State) -> tuple[Matrices, Matrices]:

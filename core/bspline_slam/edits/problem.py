@@ -19,6 +19,7 @@ from bspline_slam.backends.statistics import measures
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.loop_edits import pins
+from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.graph import Graph, PoseFactor, ShapePrior, SplineFactor
 from bspline_slam.sights import KeyObservations, collect_sights
 from bspline_slam.spline_map import SplineMap
@@ -85,8 +86,8 @@ def linearised(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
     graph = build_graph(
         keys, decisions.poses[numbers], splines, (), sights, ground.config.adjustment, ground.model, gates
     )
-    factors = tuple(replace(factor, pose=numbers[factor.pose]) for factor in graph.spline_factors)
-    return replace(graph, spline_factors=factors)
+    factors = FlatFactors.of(graph.spline_factors)
+    return replace(graph, spline_factors=replace(factors, pose=np.array(numbers, dtype=np.int64)[factors.pose]))
 
 
 def _concerned(decisions: Decisions, changes: Changes) -> Iterator[tuple[int, KeyObservations]]:
@@ -104,22 +105,18 @@ def _concerned(decisions: Decisions, changes: Changes) -> Iterator[tuple[int, Ke
 
 def moved_units(ground: Ground, decisions: Decisions, changes: Changes) -> set[Unit]:
     """The units among those that kept their factors whose pose and spline moved far against each other."""
-    now = {spline.id: spline.curve.control_points for spline in decisions.splines}
-    kept = [
-        (spline, local, factor)
-        for spline, local, factor in on_splines(ground.estimate.graph, ground.estimate.graph.spline_factors)
-        if measures(factor) and spline in now and spline not in changes.drawn
-    ]
-    if not kept:
-        return set()
-    pose = np.array([factor.pose for _, _, factor in kept])
-    middle = [factor.A.shape[1] // 4 for _, _, factor in kept]
-    then = ground.estimate.control_points[[f.first + m for (*_, f), m in zip(kept, middle, strict=True)]]
-    here = np.array([now[spline][local + m] for (spline, local, _), m in zip(kept, middle, strict=True)])
-    seen_then = se2.transform(se2.inverse(ground.estimate.poses[pose]), then)
-    seen_now = se2.transform(se2.inverse(decisions.poses[pose]), here)
-    far = np.flatnonzero(np.linalg.norm(seen_now - seen_then, axis=1) > FAR)
-    return {(kept[k][2].pose, kept[k][0]) for k in far}
+    graph, then = ground.estimate.graph, ground.estimate.control_points
+    factors, here = FlatFactors.of(graph.spline_factors), np.full_like(then, np.nan)
+    now = {spline.id: spline.curve.control_points for spline in decisions.splines if spline.id not in changes.drawn}
+    for spline, a, b in zip(graph.spline_ids.tolist(), graph.spline_first, graph.spline_first[1:], strict=False):
+        if spline in now:
+            here[a:b] = now[spline]
+    middle, pose = factors.first + factors.size[:, 1] // 2, factors.pose
+    seen_then = se2.transform(se2.inverse(ground.estimate.poses[pose]), then[middle])
+    seen_now = se2.transform(se2.inverse(decisions.poses[pose]), here[middle])
+    far = (factors.readings > 0) & (np.linalg.norm(seen_now - seen_then, axis=1) > FAR)
+    owner = graph.spline_ids[np.searchsorted(graph.spline_first, factors.first, side="right") - 1]
+    return set(zip(pose[far].tolist(), owner[far].tolist(), strict=True))
 
 
 def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
@@ -157,7 +154,7 @@ def changed_graph(ground: Ground, decisions: Decisions, changes: Changes, new: G
         spline_ids=np.array([spline.id for spline in splines], dtype=np.int64),
         spline_first=offsets,
         control_points=np.concatenate([np.zeros((0, 2)), *(spline.curve.control_points for spline in splines)]),
-        spline_factors=tuple(_placed(factors, places)),
+        spline_factors=FlatFactors.of(tuple(_placed(factors, places))),
         pose_factors=pose_factors(ground, decisions),
         pose_priors=(*old.pose_priors, *pins(decisions, ground.config.adjustment.anchor)),
         shape_priors=(*_placed(bends, places), *pinned(decisions, places)),
@@ -169,6 +166,7 @@ OnSpline = TypeVar("OnSpline", SplineFactor, ShapePrior)
 
 def on_splines(graph: Graph, terms: Sequence[OnSpline]) -> Iterator[tuple[int, int, OnSpline]]:
     """Each term with the id of its spline and the first control point there that it is about."""
+    terms = tuple(terms)
     first = np.array([term.first for term in terms], dtype=np.int64)
     owner = np.searchsorted(graph.spline_first, first, side="right") - 1
     ids, local = graph.spline_ids[owner], first - graph.spline_first[owner]

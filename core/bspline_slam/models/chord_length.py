@@ -13,6 +13,8 @@ from bspline_slam.association import Association, Piece, Verdict
 from bspline_slam.bspline import BSpline, clamped_between
 from bspline_slam.errors import GeometryError
 from bspline_slam.fitting import FittingConfig, cumulated_chords, curve_through
+from bspline_slam.flat_factors import FlatFactors
+from bspline_slam.graph import SplineFactor
 from bspline_slam.models.protocol import GrowingMap, SeenBeams, Sight
 from bspline_slam.observation import ChordLengthNoise, SplineObservation, chord_length
 from bspline_slam.relation import Relation, RelationConfig, SplineRelation, extended, relate
@@ -130,15 +132,16 @@ class ChordLength:
         to_follow = np.concatenate([full_spline.sample(RESAMPLING)[1], points[~on]])
         return growing.grow(piece.spline, curve, curve.domain, to_follow, sight.scan)
 
-    def observe(
-        self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams
-    ) -> Sequence[SplineObservation | None]:
+    def observe(self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams) -> FlatFactors:
         """Control points by least squares at the parameters of section 4.2, with P = P_s + P_t1 + P_t2 (eq. 15).
 
         The full spline is as long as the map says: beams beyond its ends are left out.
         """
         points = np.split(beams.points, beams.cuts[1:-1])
-        return [self._observed(*one) for one in zip(curves, poses, points, beams.sensors, strict=True)]
+        told = enumerate(map(self._observed, curves, poses, points, beams.sensors))
+        return FlatFactors.of(
+            [SplineFactor(k, one.first, one.A, one.b, one.readings, one.constant) for k, one in told if one is not None]
+        )
 
     def _observed(
         self,

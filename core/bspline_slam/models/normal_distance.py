@@ -11,10 +11,10 @@ from jaxtyping import Float
 from bspline_slam.association import Association, Piece, Verdict
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import FittingConfig, cumulated_chords, uniform_through
+from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.growth import lengthened
 from bspline_slam.kernels import curves as kernels
 from bspline_slam.models.protocol import GrowingMap, SeenBeams, Sight
-from bspline_slam.observation import SplineObservation
 from bspline_slam.relation import Relation
 
 NARROWEST = 0.1
@@ -78,23 +78,15 @@ class NormalDistance:
                 return Piece(a, b, spline)
         return None
 
-    def observe(
-        self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams
-    ) -> Sequence[SplineObservation | None]:
+    def observe(self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams) -> FlatFactors:
         """r_j = n_jᵀ(Σ_i β_i(t_j) q_i − p_j) for every beam, compressed by one QR for each association."""
         orders = np.array([curve.degree + 1 for curve in curves], dtype=np.int64)
         low, rows, columns = kernels.piece_sizes(beams.cuts, orders, beams.first)
         A, b, constants = kernels.compressed_pieces(
             beams.cuts, orders, beams.first, beams.basis, beams.normals, beams.right, beams.weight, low, rows, columns
         )
-        ends, tails = np.cumsum(rows), np.cumsum(rows * columns)
-        starts, heads = ends - rows, tails - rows * columns
-        where = zip(*(each.tolist() for each in (low, columns, starts, ends, heads, tails)), strict=True)
-        told = zip(np.diff(beams.cuts).tolist(), constants.tolist(), strict=True)
-        return [
-            SplineObservation(first, A[head:tail].reshape(-1, width), b[start:end], readings, constant)
-            for (first, width, start, end, head, tail), (readings, constant) in zip(where, told, strict=True)
-        ]
+        size = np.column_stack([rows, columns // 2])
+        return FlatFactors.laid_out(np.arange(len(curves)), low, size, A, b, np.diff(beams.cuts), constants)
 
 
 def _reach(growing: GrowingMap, sight: Sight, piece: Piece) -> Relation:

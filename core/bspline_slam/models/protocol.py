@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from bspline_slam.association import Association, AssociationConfig, Explanation, Piece, Verdict
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import FittingConfig
-from bspline_slam.observation import SplineObservation
+from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.relation import Relation
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import MapSpline
@@ -112,9 +112,8 @@ class Model(Protocol):
         """Decide about the pieces of a segment, in order, and let the map grow by them."""
         ...
 
-    def observe(
-        self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams
-    ) -> Sequence[SplineObservation | None]:
-        """What the beams of each association say about the control points of its curve, seen from its pose; None when
-        they say nothing."""
+    def observe(self, curves: Sequence[BSpline], poses: Float[np.ndarray, "p 3"], beams: SeenBeams) -> FlatFactors:
+        """What the beams of each association say about the control points of its curve, seen from its pose: factors in
+        the order of the associations, on the control points of their own curves and with the number of the association
+        for that of the pose. Of an association that says nothing there is none."""
         ...

@@ -9,10 +9,10 @@ from bspline_slam import se2
 from bspline_slam.association import Association, AssociationConfig, Verdict
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.graph import SplineFactor
 from bspline_slam.mapping import MapBuilder
 from bspline_slam.models import ChordLength, ChordLengthConfig
 from bspline_slam.models.protocol import SeenBeams
-from bspline_slam.observation import SplineObservation
 from bspline_slam.relation import Relation
 from bspline_slam.segmentation import EndKind, ScanSegment
 
@@ -38,13 +38,13 @@ def grown(*seen: np.ndarray, sensor: np.ndarray = CENTRE) -> tuple[MapBuilder, l
     return builder, [one for (one,) in decided]
 
 
-def observed(curve: BSpline, pose: np.ndarray, points: np.ndarray, sensor: np.ndarray) -> SplineObservation | None:
+def observed(curve: BSpline, pose: np.ndarray, points: np.ndarray, sensor: np.ndarray) -> SplineFactor | None:
     m, nothing = len(points), np.zeros((len(points), 2))
     beams = SeenBeams(
         np.array([0, m]), sensor[None], points, np.zeros(m, np.int64), np.zeros((m, 4)), nothing, nothing[:, 0],
         nothing[:, 0] + 1.0,
     )  # fmt: skip
-    return EXACT.observe([curve], pose[None], beams)[0]
+    return next(iter(EXACT.observe([curve], pose[None], beams)), None)
 
 
 @pytest.mark.parametrize(("points", "count"), [(60, 13), (26, 13), (20, 10), (8, 4), (3, 4)])
