@@ -22,6 +22,7 @@ class Which(Enum):
     ALL = "all"
     ACCEPTED = "accepted"
     REJECTED = "rejected"
+    WAITING = "waiting"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +39,7 @@ class ClosurePage:
 
 def chosen(closures: Sequence[LoopClosure], which: Which) -> list[int]:
     """Numbers of the closures of that choice, in the order of their scans."""
-    wanted = {Which.ALL: (True, False), Which.ACCEPTED: (True,), Which.REJECTED: (False,)}[which]
-    numbers = [number for number, closure in enumerate(closures) if closure.accepted in wanted]
+    numbers = [k for k, closure in enumerate(closures) if which in (Which.ALL, Which(closure.verdict))]
     return sorted(numbers, key=lambda number: (closures[number].scan, closures[number].earlier))
 
 

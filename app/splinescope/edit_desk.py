@@ -212,7 +212,7 @@ def _show_doubt(session: Session) -> None:
     """Go to the doubtful decision looked at."""
     doubt = session.editing.doubts.current
     if doubt is None:
-        session.tell(Notice("No doubts", "No decision was close enough to be doubted."))
+        session.tell(Notice("Nothing to look at", session.editing.no_doubts or ""))
         return
     session.editing.leave()
     session.apply(ask.Seek(doubt.scan))

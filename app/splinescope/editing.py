@@ -190,6 +190,17 @@ class Editing:
         return "make" in self._jobs
 
     @property
+    def no_doubts(self) -> str | None:
+        """A sentence on why no decision is in the queue of doubts; None if one is."""
+        if self.doubts.queue:
+            return None
+        if self.base is None:
+            return "Close decisions are sought in the result of a finished run."
+        if any(what in self._jobs for what in ("prepare", "make", "doubts")):
+            return "Close decisions are being sought …"
+        return "No doubtful decision is left." if self.doubts.right else "No decision was close enough to be doubted."
+
+    @property
     def next_id(self) -> int:
         """The id that the next spline made by hand gets: one that no edit ever had."""
         edits = [e for entry in self.history.entries if isinstance(entry, Accepted) for e in entry.action.edits]
@@ -341,6 +352,7 @@ class Editing:
                 else:
                     self._recent.learn(self.history.active, doubts)
                 self.doubts = self.doubts.of(doubts)
+                del self._jobs[what]
             case told.EditsMade():
                 self._jobs["doubts"] = self._jobs.pop(what)
                 self._made(message)

@@ -184,7 +184,7 @@ def describe_key_pose(scan: int, world: MapView, step: SlamStep | None) -> Descr
         history = [decision(association) for association in step.associations]
     history += [
         f"Loop closure with scan {loop.scan if loop.earlier == scan else loop.earlier}: "
-        f"{'accepted' if loop.accepted else 'rejected'}, {loop.reason}"
+        f"{loop.verdict}, {loop.reason}"
         for loop in world.loop_closures
         if scan in (loop.earlier, loop.scan)
     ]
@@ -199,7 +199,7 @@ def describe_closure(loop: LoopClosure) -> Description:
         ("beams on the earlier map", f"{loop.inliers:.0%}"),
         ("seen from the earlier scan", f"{x:.2f}, {y:.2f} m, {np.degrees(turn):.1f}°"),
     )
-    reason = f"{'Accepted' if loop.accepted else 'Rejected'}: {loop.reason}."
+    reason = f"{loop.verdict.capitalize()}: {loop.reason}."
     return Description(f"Loop closure of scans {loop.earlier:,} and {loop.scan:,}", reason, rows)
 
 

@@ -21,6 +21,7 @@ from splinescope.panels.status import status_line
 from splinescope.scene import Scene
 from splinescope.session import Session
 from splinescope.stage import stage_of
+from splinescope.typeset import typeset
 from splinescope.view import MapView
 
 DRAWS_PER_SECOND = 30.0
@@ -81,7 +82,8 @@ class Presenter:
             self._say("stage", None if stage is None else asdict(stage))
             activity = session.activity
             fraction = activity.fraction if activity is not None else None
-            self._say("status", {"text": status_line(session), "busy": activity is not None, "fraction": fraction})
+            said = typeset(status_line(session))
+            self._say("status", {"text": said, "busy": activity is not None, "fraction": fraction})
 
     def page_moved(self) -> None:
         """Some page sees another part of the world, or a new one has come."""
@@ -205,8 +207,8 @@ class Presenter:
                 if notice.client not in (None, client.client_id):
                     continue
                 client.add_notification(
-                    notice.title,
-                    notice.text,
+                    typeset(notice.title),
+                    typeset(notice.text),
                     auto_close_seconds=None if notice.bad else 8.0,
                     color="red" if notice.bad else None,
                 )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from splinescope.typeset import typeset
+
 
 class Html(str):
     """Text that is HTML already: everything in it is escaped."""
@@ -13,8 +15,8 @@ class Html(str):
 
 
 def escaped(text: str) -> str:
-    """Text as HTML; what is HTML already stays as it is."""
-    return text if isinstance(text, Html) else escape(text)
+    """Text as HTML, typeset; what is HTML already stays as it is."""
+    return text if isinstance(text, Html) else escape(typeset(text))
 
 
 def block(*parts: str) -> str:
@@ -24,29 +26,29 @@ def block(*parts: str) -> str:
 
 def paragraph(text: str, kind: str = "") -> str:
     """A sentence; `kind` is "", "dim" or "bad"."""
-    return f'<p class="{kind}">{escape(text)}</p>'
+    return f'<p class="{kind}">{escaped(text)}</p>'
 
 
 def heading(text: str) -> str:
-    return f"<p><b>{escape(text)}</b></p>"
+    return f"<p><b>{escaped(text)}</b></p>"
 
 
 def bullets(texts: Iterable[str]) -> str:
     """A list of sentences."""
-    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>"
+    return "<ul>" + "".join(f"<li>{escaped(text)}</li>" for text in texts) + "</ul>"
 
 
 def pairs(rows: Iterable[tuple[str, str]]) -> str:
     """Names and their values."""
-    lines = (f'<tr><td class="dim">{escape(name)}</td><td class="n">{escape(value)}</td></tr>' for name, value in rows)
+    lines = (f'<tr><td class="dim">{escaped(name)}</td><td class="n">{escaped(value)}</td></tr>' for name, value in rows)
     return f"<table>{''.join(lines)}</table>"
 
 
 def explained(rows: Iterable[tuple[str, str, str]]) -> str:
     """Names and their values, each with a sentence below; a name may be missing, with its value."""
     lines = (
-        (f'<tr class="open"><td>{escape(name)}</td><td class="n">{escape(value)}</td></tr>' if name else "")
-        + f'<tr><td class="dim" colspan="2">{escape(sentence)}</td></tr>'
+        (f'<tr class="open"><td>{escaped(name)}</td><td class="n">{escaped(value)}</td></tr>' if name else "")
+        + f'<tr><td class="dim" colspan="2">{escaped(sentence)}</td></tr>'
         for name, value, sentence in rows
     )
     return f"<table>{''.join(lines)}</table>"
@@ -66,9 +68,9 @@ def leading(
         others = "".join(f'<td class="n">{cell}</td>' for cell in rest)
         parts.append(f'<tr class="{kind}" {lead}><td><button>{first}</button></td>{others}</tr>')
         if sentence:
-            reason = f'<td class="dim wrap" colspan="{len(headers)}">{escape(sentence)}</td>'
+            reason = f'<td class="dim wrap" colspan="{len(headers)}">{escaped(sentence)}</td>'
             parts.append(f'<tr class="lead{state}" {lead}>{reason}</tr>')
-    head = "".join(f"<th{kind}>{escape(text)}</th>" for kind, text in zip(_right(headers), headers, strict=True))
+    head = "".join(f"<th{kind}>{escaped(text)}</th>" for kind, text in zip(_right(headers), headers, strict=True))
     return f'<table class="dense"><thead><tr>{head}</tr></thead><tbody>{"".join(parts)}</tbody></table>'
 
 
@@ -85,9 +87,9 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Ite
     """A table; columns `numbers` are set to the right."""
     right = set(numbers)
     classes = [' class="n"' if column in right else "" for column in range(len(headers))]
-    head = "".join(f"<th{kind}>{escape(text)}</th>" for kind, text in zip(classes, headers, strict=True))
+    head = "".join(f"<th{kind}>{escaped(text)}</th>" for kind, text in zip(classes, headers, strict=True))
     body = "".join(
-        "<tr>" + "".join(f"<td{kind}>{escape(text)}</td>" for kind, text in zip(classes, row, strict=True)) + "</tr>"
+        "<tr>" + "".join(f"<td{kind}>{escaped(text)}</td>" for kind, text in zip(classes, row, strict=True)) + "</tr>"
         for row in rows
     )
     return f'<table class="dense"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'

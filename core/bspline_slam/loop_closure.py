@@ -57,7 +57,7 @@ class LoopClosure:
 
     `measured` is the pose of `scan` seen from `earlier`, with `covariance` (frame of `scan`); `score` the
     correlation (0…1) and `inliers` the share of beams that lie on the earlier map; `accepted` the verdict and
-    `reason` its sentence.
+    `reason` its sentence. One that is `waiting` is not accepted yet: a second one has to agree with it.
     """
 
     earlier: int
@@ -68,6 +68,12 @@ class LoopClosure:
     inliers: float
     accepted: bool
     reason: str
+    waiting: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """In one word."""
+        return "accepted" if self.accepted else "waiting" if self.waiting else "rejected"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -186,6 +192,13 @@ class LoopCloser:
     closed_at: float = 0.0
     _asked: Future[list[Proposal]] | None = None
     _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1, "loop closing"))
+
+    @property
+    def told(self) -> tuple[LoopClosure, ...]:
+        """Every proposal with its verdict, and those still waiting for one."""
+        reason = f"it would move the map, and waits for a second closure within {self.config.confirm_travel:g} m"
+        waiting = (replace(one.closure, accepted=False, waiting=True, reason=reason) for one in self.waiting)
+        return (*self.closures, *waiting)
 
     def look(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> None:
         """Begin to compare the last key scan with earlier places."""

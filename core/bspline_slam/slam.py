@@ -367,7 +367,7 @@ class Slam:
             key_scans=np.array([step.scan for step in steps], dtype=np.int64),
             steps=steps,
             map=splines,
-            loop_closures=tuple(self._closer.closures),
+            loop_closures=self._closer.told,
             estimate=self._estimate,
             observations=observations,
             pose_factors=self._pose_factors(),

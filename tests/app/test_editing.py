@@ -35,6 +35,7 @@ from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope import edit_desk
+from splinescope.actions import ACTIONS
 from splinescope.browser.preferences import Preferences
 from splinescope.computing.edit_jobs import Jobs as EditJobs
 from splinescope.computing.edit_messages import (
@@ -682,3 +683,20 @@ def test_marks_tell_where_a_hand_decided_and_keys_lead_there(desk: Desk) -> None
     assert desk.session.cursor == 11
     desk.do(ask.SeekMark("hand", 1))
     assert "No such mark" in [notice.title for notice in desk.session.notices]
+
+
+def test_why_no_decision_is_doubted_is_told_truly(desk: Desk) -> None:
+    editing = desk.editing
+    editing.close()
+    assert "finished run" in (editing.no_doubts or "")
+    assert "finished run" in (ACTIONS["next-doubt"].refusal(desk.session) or "")
+    editing.attend(desk.session.log, desk.session.result)
+    assert "are being sought" in (editing.no_doubts or "")
+    desk.editor.answer()
+    assert editing.doubts.queue or "close enough" in (editing.no_doubts or "")
+    desk.select()
+    doubt = Doubt(0.7, "one", desk.piece().scan, OnPiece(5, 0, 0, 9))
+    editing.doubts = editing.doubts.of((doubt,))
+    assert editing.no_doubts is None
+    desk.do(ask.StepDoubt(1), ask.SettleDoubt(True))
+    assert editing.no_doubts == "No doubtful decision is left."

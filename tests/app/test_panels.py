@@ -31,6 +31,7 @@ from splinescope.panels import (
 from splinescope.panels.side_bar import SideBar
 from splinescope.session import Session
 from splinescope.stage import stage_of
+from splinescope.typeset import typeset
 from splinescope.view import Layer, Selection
 
 
@@ -57,7 +58,7 @@ def test_the_status_names_the_log_the_job_and_the_time_left(finished: Session) -
     finished.estimation.activity = Activity(Work.PROCESSING, 9, "Matching scans", 0.25, 80.0)
     text = "".join(status.headline(finished))
     assert "corridor.log" in text
-    assert "Matching scans · 25 % · 1 min 20 s left" in text
+    assert typeset("Matching scans · 25 % · 1 min 20 s left") in text
     finished.estimation.activity = None
     assert (
         f"{len(finished.findings.snapshot.map) if finished.findings.snapshot else 0:,} splines"
@@ -126,7 +127,7 @@ def test_the_result_of_a_solve_is_told_with_its_figures(finished: Session) -> No
     text = "".join(estimate.report(finished))
     assert finished.solution is not None
     assert f"{finished.solution.cost_before:,.1f} → {finished.solution.cost_after:,.1f}" in text
-    assert "100.0 mm" in text
+    assert typeset("100.0 mm") in text
     assert "900 / 1,000 = 0.90" in text
 
 
@@ -138,7 +139,7 @@ def test_a_running_solver_tells_its_cost(finished: Session) -> None:
     assert finished.estimation is not None
     finished.estimation.activity = Activity(Work.OPTIMISING, 9, "Adjustment", 0.5)
     finished.estimation.costs = (1000.0, 12.5)
-    assert "Adjustment · 50 % · cost 12.5" in "".join(estimate.report(finished))
+    assert typeset("Adjustment · 50 % · cost 12.5") in "".join(estimate.report(finished))
 
 
 def test_the_role_of_a_scan_is_told(finished: Session) -> None:
@@ -152,7 +153,7 @@ def test_the_role_of_a_scan_is_told(finished: Session) -> None:
 
 def test_consistency_says_what_there_is_and_what_not(finished: Session, empty: Session) -> None:
     assert "No log is open" in "".join(consistency.introduction(empty))
-    assert "95 %" in "".join(consistency.introduction(finished))
+    assert typeset("95 %") in "".join(consistency.introduction(finished))
     tests = finished.findings.consistency
     assert tests is not None
     finished.findings.consistency = replace(tests, nees=None)
@@ -177,7 +178,7 @@ def test_every_figure_of_a_map_is_shown_or_its_absence_explained(finished: Sessi
     assert "No beam" in "".join(crispness.crispness(unseen, dark=True))
     seen = replace(quality, crispness=Crispness(1000, 0.0091, 0.95, 0.923))
     shown = "".join(crispness.crispness(seen, dark=True))
-    assert "9.1 mm" in shown and "92.3%" in shown
+    assert typeset("9.1 mm") in shown and typeset("92.3%") in shown
     assert "range noise" in "".join(calibration.calibration(finished))
 
 
@@ -218,7 +219,7 @@ def test_panels_show_every_step_and_the_figures(page: Page, finished: Session) -
     shown = "".join(contents(page))
     assert "5. Relation to its spline" in shown
     assert "NIS: " in shown
-    assert "key scans against the 95 % band" in shown
+    assert typeset("key scans against the 95 % band") in shown
 
 
 def contents(page: Page) -> list[str]:

@@ -104,11 +104,15 @@ def test_a_closure_that_nobody_confirms_is_rejected_and_says_so() -> None:
     keys, poses = again(truth, travel=40.0), np.vstack([START, se2.compose(truth, np.array([0.5, -0.4, 0.15]))])
     closer.look(keys, poses)
     assert closer.found(keys, poses) == []
+    (waiting,) = closer.told
+    assert (waiting.verdict, waiting.accepted, closer.closures) == ("waiting", False, [])
+    assert "waits for a second closure" in waiting.reason
     away = np.array([[0.0, -60.0], [0.0, -60.0]])[None] + 0.0
     keys = [*keys, key(np.array([0.0, -50.0, 0.0]), 60.0, 101, away)]
     assert closer.found(keys, np.vstack([poses, [0.0, -50.0, 0.0]])) == []
     assert closer.waiting == []
     assert "no second closure" in closer.closures[-1].reason
+    assert closer.told == tuple(closer.closures)
 
 
 @pytest.mark.parametrize(("score", "inliers", "accepted"), [(0.8, 0.9, True), (0.3, 0.9, False), (0.8, 0.2, False)])

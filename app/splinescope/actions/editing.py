@@ -90,7 +90,7 @@ EDITING = (
 
 
 def _doubts(session: Session) -> str | None:
-    return None if session.editing.doubts.queue else "No decision is doubtful, or none is known yet."
+    return session.editing.no_doubts
 
 
 def _doubted(session: Session) -> str | None:

@@ -83,7 +83,7 @@ def _range_noise(snapshot: Snapshot, config: SlamConfig) -> dict[str, float | No
 
 def _counts(snapshot: Snapshot) -> dict[str, Any]:
     verdicts = Counter(decision.verdict.value for step in snapshot.steps for decision in step.associations)
-    accepted = sum(closure.accepted for closure in snapshot.loop_closures)
+    closures = Counter(closure.verdict for closure in snapshot.loop_closures)
     return {
         "scans": len(snapshot.poses),
         "key_scans": len(snapshot.key_scans),
@@ -91,7 +91,7 @@ def _counts(snapshot: Snapshot) -> dict[str, Any]:
         "control_points": snapshot.map.control_point_count,
         "spline_metres": round(sum(spline.length for spline in snapshot.map), 2),
         "associations": dict(sorted(verdicts.items())),
-        "loop_closures": {"accepted": accepted, "rejected": len(snapshot.loop_closures) - accepted},
+        "loop_closures": {verdict: closures[verdict] for verdict in ("accepted", "rejected", "waiting")},
     }
 
 

@@ -22,6 +22,7 @@ from bspline_slam.edits.loop_edits import moved_poses
 from bspline_slam.edits.loop_match import match_loop
 from bspline_slam.edits.piece_edits import across
 from bspline_slam.edits.quick import Answer, Footing, answer
+from bspline_slam.edits.ties import Ties
 from bspline_slam.errors import Cancelled, EditError
 from bspline_slam.mapping import carried
 from bspline_slam.slam import SlamConfig, Snapshot
@@ -84,6 +85,7 @@ class Jobs:
         self._config = SlamConfig()
         self._made: OrderedDict[tuple[Edit, ...], Made] = OrderedDict()
         self._looked_at: tuple[FindPreview, Ghost] | None = None
+        self._ties = Ties()
 
     def do(self, request: EditRequest, cancelled: Callable[[], bool]) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -96,7 +98,7 @@ class Jobs:
             case Prepare(kept=kept, config=config):
                 self._base, self._config = pickle.loads(kept), config
                 self._made.clear()
-                self._looked_at = None
+                self._looked_at, self._ties = None, Ties()
                 self._state((), cancelled)
                 self._send(DoubtsFound(request.job, doubts(self._whole, config)))
             case FindPreview(in_force=in_force, proposed=proposed):
@@ -131,7 +133,7 @@ class Jobs:
         made = self._made.get(edits)
         if made is None:
             base, ground = self._whole, self._made[()].footing.ground if self._made else None
-            done = amended(base, edits, self._config, cancelled=cancelled, ground=ground)
+            done = amended(base, edits, self._config, cancelled=cancelled, ground=ground, ties=self._ties)
             told = explain(base, done.snapshot, edits, done.skipped, self._config) if edits else None
             solved = Solved(edits, done, told)
             tell(solved)

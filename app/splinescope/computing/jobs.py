@@ -15,6 +15,8 @@ from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.edits.amend import amended, solved_again
 from bspline_slam.edits.edit import Edit
+from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.ties import Ties
 from bspline_slam.errors import Cancelled, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
@@ -68,6 +70,7 @@ class Jobs:
         self._asked: Done | None = None
         self._factor: tuple[Snapshot, Factor] | None = None
         self._amended: tuple[Done, tuple[Edit, ...], Snapshot] | None = None
+        self._ground: tuple[Done, Ground, Ties] | None = None
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -78,7 +81,7 @@ class Jobs:
         reporter = Reporter(request.job, self._send)
         match request:
             case ProcessLog(path=path, config=config):
-                self._asked = self._amended = None
+                self._asked = self._amended = self._ground = None
                 self._latest = process(self._open(path), config, reporter, self._send, cancelled)
             case SolveMap(path=path, kept=kept, config=config, edits=edits):
                 before = self._with_edits(kept, edits, config, cancelled)
@@ -97,7 +100,11 @@ class Jobs:
         if not edits:
             return base.snapshot
         if self._amended is None or self._amended[0] is not base or self._amended[1] != edits:
-            self._amended = (base, edits, amended(base.snapshot, edits, config, cancelled=cancelled).snapshot)
+            if self._ground is None or self._ground[0] is not base:
+                self._ground = (base, Ground.of(base.snapshot, config), Ties())
+            _, ground, ties = self._ground
+            after = amended(base.snapshot, edits, config, cancelled=cancelled, ground=ground, ties=ties).snapshot
+            self._amended = (base, edits, after)
         return self._amended[2]
 
     def _measured(self, snapshot: Snapshot, first: Picked, second: Picked) -> Measurement | str:

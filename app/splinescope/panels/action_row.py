@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 
+from splinescope import table
 from splinescope.actions import ACTIONS
 from splinescope.session import Session
 from splinescope.table import Html
@@ -27,5 +28,5 @@ def button(session: Session, words: str, action: str, strong: bool = False) -> H
     key = f" ({row.shown})" if row.keys else ""
     kind = "act strong" if strong else "act"
     off = ' aria-disabled="true"' if refusal is not None else ""
-    title = escape(refusal or f"{row.words}{key}")
+    title = table.escaped(refusal or f"{row.words}{key}")
     return Html(f'<button class="{kind}" data-action="{escape(action)}" title="{title}"{off}>{escape(words)}</button>')

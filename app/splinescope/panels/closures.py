@@ -19,6 +19,7 @@ TITLE = "Loop closures"
 BACK, ON = "← Earlier", "Later →"
 ROW = "closure"
 """Name of a row in what the page tells of clicks."""
+SIGNS = {"accepted": "✓", "rejected": "✕", "waiting": "…"}
 HEADERS = ("Scans", "Score", "Inliers", "Off by", "Verdict")
 MEANING = (
     "Each compares a key scan with a place seen long before: the correlation, the share of beams on the earlier map, "
@@ -83,8 +84,7 @@ def shown(
 def row(closure: LoopClosure, move: Float[np.ndarray, "2"] | None) -> tuple[tuple[str, ...], str]:
     """The cells of one closure, and why it was rejected."""
     off = "–" if move is None else f"{distance(move[0])}, {np.degrees(move[1]):.1f}°"
-    verdict = "✓ accepted" if closure.accepted else "✕ rejected"
-    cells = (f"{closure.earlier:,} – {closure.scan:,}", f"{closure.score:.2f}", f"{closure.inliers:.0%}", off, verdict)
+    cells = (f"{closure.earlier:,} – {closure.scan:,}", f"{closure.score:.2f}", f"{closure.inliers:.0%}", off, f"{SIGNS[closure.verdict]} {closure.verdict}")
     return cells, "" if closure.accepted else f"{closure.reason[:1].upper()}{closure.reason[1:]}."
 
 

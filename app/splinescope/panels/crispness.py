@@ -14,6 +14,7 @@ from splinescope.panels.panel import Post, on_change
 from splinescope.pictures.residuals import grades_picture, residual_picture
 from splinescope.quality import Quality
 from splinescope.session import Session
+from splinescope.typeset import typeset
 from splinescope.view import Colouring
 
 TITLE = "Crispness"
@@ -41,7 +42,7 @@ class CrispnessPanel:
         if self._drawn == state:
             return
         self._drawn = state
-        self._folder.label = TITLE if quality is None else f"{TITLE}: {millimetres(quality.crispness.rms)}"
+        self._folder.label = TITLE if quality is None else typeset(f"{TITLE}: {millimetres(quality.crispness.rms)}")
         self._text.content = table.block(*crispness(quality, dark) if quality else [table.paragraph(absence(session))])
 
 

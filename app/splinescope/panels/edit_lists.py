@@ -10,7 +10,6 @@ import numpy as np
 from bspline_slam.edits.explain import Explanation, Fate
 from bspline_slam.edits.history import Accepted, History
 from splinescope import table
-from splinescope.doubts import Doubts
 from splinescope.edit_desk import subject, target
 from splinescope.editing import Editing
 from splinescope.session import Session
@@ -116,10 +115,11 @@ DOUBTS_SHOWN = 8
 """Rows of the queue of doubts that are listed, around the one looked at."""
 
 
-def doubted(doubts: Doubts) -> list[str]:
-    """The doubtful decisions around the one looked at."""
-    if not doubts.queue:
-        return [table.paragraph("No decision was close enough to be doubted.", "dim")]
+def doubted(editing: Editing) -> list[str]:
+    """The doubtful decisions around the one looked at, or why there are none."""
+    doubts = editing.doubts
+    if editing.no_doubts is not None:
+        return [table.paragraph(editing.no_doubts, "dim")]
     first = max(min((doubts.at or 0) - 2, len(doubts.queue) - DOUBTS_SHOWN), 0)
     rows = [
         (number, (f"scan {doubt.scan}", f"{doubt.score:.2f}"), doubt.sentence)

@@ -44,9 +44,8 @@ class EditPanel:
             self._explanation = gui.add_html("")
 
     def refresh(self, session: Session) -> None:
-        doubts = session.editing.doubts
         self._edits.content = table.block(*offer(session), *edits(session), *history(session))
-        self._doubts.content = table.block(action_row(session, DOUBT), *edit_lists.doubted(doubts))
+        self._doubts.content = table.block(action_row(session, DOUBT), *edit_lists.doubted(session.editing))
         self._explanation.content = table.block(*explained(session))
 
 

@@ -40,7 +40,7 @@ def headline(session: Session) -> list[str]:
 def head(session: Session, busy: bool) -> str:
     """The name of the log, and what is being done with a button that ends it, in one row."""
     name = f"<b>{escape(session.title)}</b>" if session.log is not None else ""
-    job = f"<span>{escape(status_line(session))}</span>{button(session, 'Cancel', 'cancel')}" if busy else ""
+    job = f"<span>{table.escaped(status_line(session))}</span>{button(session, 'Cancel', 'cancel')}" if busy else ""
     return f'<div class="head">{name}{job}</div>'
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from splinescope.palette import Colour, LineStyle, hexadecimal
+from splinescope.typeset import typeset
 
 WIDTH = 320.0
 """Of every picture (in its own units, about a pixel each where the side bar is as wide as it begins)."""
@@ -101,7 +102,7 @@ def words(
     """A line of text; `anchor` is start, middle or end."""
     tone = f' fill="{hexadecimal(colour)}"' if colour is not None else ""
     faint = ' opacity="0.72"' if dim else ""
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{tone}{faint}>{escape(text)}</text>'
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{tone}{faint}>{escape(typeset(text))}</text>'
 
 
 def labels(texts: Sequence[str], points: Points, away_from: Float[np.ndarray, "_ 2"], reach: float = 11.0) -> str:

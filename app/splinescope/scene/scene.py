@@ -16,6 +16,7 @@ from splinescope.scene.detail import OVERVIEW, Detail
 from splinescope.scene.legend import legend
 from splinescope.scene.nodes import LineNode
 from splinescope.scene.strokes import Strokes
+from splinescope.typeset import typeset
 from splinescope.view import GhostView, Layer, MapView, ScanView, Selection, View
 
 Sources = tuple[object, ...]
@@ -216,7 +217,7 @@ class Scene:
             self._dark = view.dark
             self.page.set_dark(view.dark)
         self._tell("grid", Layer.GRID in view.layers)
-        self._tell("hint", hint(view, self._detail))
+        self._tell("hint", typeset(hint(view, self._detail)))
         with self.page.server.atomic():
             for drawing in DRAWINGS:
                 self._update(drawing, frame)

@@ -31,10 +31,10 @@ from bspline_slam.edits.edit import (
     SplitSpline,
 )
 from bspline_slam.edits.ground import Ground
-from bspline_slam.edits.loop_edits import close_loop, drop_loop, moved_poses, pin_pose, rebuilt
 from bspline_slam.edits.piece_edits import forbid, force, ignore, make_new, split_segment
 from bspline_slam.edits.problem import FAR, Changes, changed_graph, held_by_hand, linearised, moved_units
 from bspline_slam.edits.spline_edits import merge_splines, pin_spline, split_spline
+from bspline_slam.edits.ties import Tie, Ties, tie
 from bspline_slam.errors import Cancelled, EditError, SolverError
 from bspline_slam.sights import collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
@@ -66,15 +66,16 @@ def amended(
     progress: StageProgress = quiet,
     cancelled: Cancelling = never,
     ground: Ground | None = None,
+    ties: Ties | None = None,
 ) -> Amended:
     """The finished automatic result with edits; without any, itself. Raises SolverError, Cancelled.
 
-    `ground` is that of the result, where it is at hand.
+    `ground` is that of the result, where it is at hand; `ties` what is remembered of edits of it.
     """
     if not edits:
         return Amended(base, ())
     ground = ground or Ground.of(base, config)
-    ground, decisions, skipped = decide(ground, base, edits, cancelled)
+    ground, decisions, skipped = decide(ground, base, edits, cancelled, ties)
     decisions, estimate = settled(ground, decisions, progress, cancelled)
     after = replace(decisions, touched=frozenset(), reshaped=frozenset())
     return Amended(_snapshot(base, decisions, estimate), skipped, replace(ground, decisions=after, estimate=estimate))
@@ -98,37 +99,24 @@ def solved_again(
 
 # -- decisions -----------------------------------------------------------------------------------------------------
 def decide(
-    ground: Ground, base: Snapshot, edits: Sequence[Edit], cancelled: Cancelling = never
+    ground: Ground, base: Snapshot, edits: Sequence[Edit], cancelled: Cancelling = never, ties: Ties | None = None
 ) -> tuple[Ground, Decisions, tuple[str | None, ...]]:
     """The decisions with edits made in them, and of each edit why it could not be made; where a loop closure moves the
     map, on another ground."""
-    config, first = ground.config, [isinstance(edit, CloseLoop | DropLoop | PinPose) for edit in edits]
-    tied, skipped = _edited(ground, ground.decisions, edits, first)
-    if tied.factors != ground.decisions.factors:
-        poses = moved_poses(ground.decisions, tied, config)
-        if poses is not None:
-            lost = [step.lost for step in base.steps]
-            tied, estimate = rebuilt(replace(tied, poses=poses), lost, config, ground.model, cancelled)
-            ground = Ground.at(replace(tied, pose_pins={}), estimate, config)
-    whole, also = _edited(ground, tied, edits, [not early for early in first])
-    both = tuple(a if early else b for early, a, b in zip(first, skipped, also, strict=True))
-    return ground, _supported(ground, whole), both
-
-
-def _edited(
-    ground: Ground, decisions: Decisions, edits: Sequence[Edit], chosen: Sequence[bool]
-) -> tuple[Decisions, list[str | None]]:
-    """The chosen edits made, one after the other."""
+    tied = (ties or Ties()).made(ground, edits, [step.lost for step in base.steps], cancelled)
+    ground, decisions, early = tied.ground, tied.decisions, iter(tied.skipped)
     skipped: list[str | None] = []
-    for edit, wanted in zip(edits, chosen, strict=True):
+    for edit in edits:
         reason = None
-        if wanted:
+        if isinstance(edit, Tie):
+            reason = next(early)
+        else:
             try:
                 decisions = edited(ground, decisions, edit)
             except EditError as error:
                 reason = str(error)
         skipped.append(reason)
-    return decisions, skipped
+    return ground, _supported(ground, decisions), tuple(skipped)
 
 
 def edited(ground: Ground, decisions: Decisions, edit: Edit) -> Decisions:
@@ -149,14 +137,10 @@ def edited(ground: Ground, decisions: Decisions, edit: Edit) -> Decisions:
             return split_spline(decisions, edit, model)
         case MergeSplines():
             return merge_splines(decisions, edit, model)
-        case PinPose():
-            return pin_pose(decisions, edit)
         case PinSpline():
             return pin_spline(decisions, edit)
-        case CloseLoop():
-            return close_loop(decisions, edit, ground.config)
-        case DropLoop():
-            return drop_loop(decisions, edit)
+        case PinPose() | CloseLoop() | DropLoop():
+            return tie(decisions, edit, ground.config)
 
 
 def _supported(ground: Ground, decisions: Decisions) -> Decisions:

@@ -121,7 +121,8 @@ def _of_closures(snapshot: Snapshot, config: SlamConfig) -> Iterator[Doubt]:
         margin = max(abs(closure.score - config.loops.least_score), abs(closure.inliers - config.loops.least_inliers))
         if not closure.accepted:
             near = 1.0 - min(margin / 0.1, 1.0)
-            yield Doubt(near, f"Rejected narrowly: {closure.reason}.", closure.scan, closure=number)
+            verdict = "Not accepted so far" if closure.waiting else "Rejected narrowly"
+            yield Doubt(near, f"{verdict}: {closure.reason}.", closure.scan, closure=number)
             continue
         i, j = (snapshot.poses[keys[np.searchsorted(keys, scan)]] for scan in (closure.earlier, closure.scan))
         off = se2.between(closure.measured, se2.between(i, j))

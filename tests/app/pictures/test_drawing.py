@@ -10,6 +10,7 @@ import pytest
 from splinescope.palette import BLUE, LineStyle
 from splinescope.pictures import drawing
 from splinescope.pictures.drawing import Axes
+from splinescope.typeset import THIN
 
 
 @pytest.mark.parametrize("extent", [(10.0, 0.0), (0.0, 10.0), (3.0, 2.0), (0.0, 0.0)])
@@ -37,7 +38,7 @@ def test_the_scale_bar_is_as_long_as_it_says(scale: float) -> None:
     axes = Axes((0.0, 0.0), (drawing.WIDTH / scale, 1.0), (0.0, 0.0, drawing.WIDTH, 100.0))
     bar = drawing.scale_bar(axes)
     pixels = float(bar.split("v4h")[1].split("v")[0])
-    metres = float(bar.split(" m</text>")[0].rsplit(">", 1)[1])
+    metres = float(bar.split(f"{THIN}m</text>")[0].rsplit(">", 1)[1])
     assert pixels == pytest.approx(metres * scale, abs=0.06)
     assert 0.1 * drawing.WIDTH < pixels <= 0.3 * drawing.WIDTH
 

@@ -11,6 +11,7 @@ from splinescope.grades import WIDTHS
 from splinescope.palette import DARK, LIGHT, Theme
 from splinescope.pictures.residuals import grades_picture, residual_picture
 from splinescope.quality import BINS
+from splinescope.typeset import typeset
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT])
@@ -33,4 +34,4 @@ def test_the_key_to_grades_has_a_colour_and_a_width_for_each(theme: Theme) -> No
     drawn = grades_picture(np.array([0.04, 0.25, 0.55, 0.15, 0.01]), theme)
     strokes = re.findall(r'stroke="(#\w+)" stroke-width="([\d.]+)"', drawn)
     assert len({colour for colour, _ in strokes}) == len({width for _, width in strokes}) == len(WIDTHS)
-    assert "55%" in drawn and "9 to 12 mm" in drawn
+    assert typeset("55%") in drawn and typeset("9 to 12 mm") in drawn

@@ -1,0 +1,52 @@
+"""Edits of ties: what they made is remembered, and a result with more edits is the same as without remembering."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bspline_slam import se2
+from bspline_slam.association import Association
+from bspline_slam.edits.amend import amended
+from bspline_slam.edits.edit import CloseLoop, DropLoop, Ignore
+from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.ties import Ties
+from bspline_slam.slam import SlamConfig, Snapshot
+
+ROOT = ((50.0, 0.0, 0.0), (0.0, 50.0, 0.0), (0.0, 0.0, 200.0))
+
+
+def wrong_loop(base: Snapshot) -> CloseLoop:
+    """A closure that moves the map by decimetres."""
+    earlier, later = base.steps[0], base.steps[-1]
+    x, y, theta = se2.between(earlier.pose, later.pose).tolist()
+    return CloseLoop(earlier.scan, later.scan, (x + 0.5, y, theta), ROOT, 0.9, 0.9)
+
+
+def test_a_map_is_built_anew_once_for_all_edits_that_follow(
+    base: Snapshot, config: SlamConfig, ground: Ground, piece: Association
+) -> None:
+    ties, close = Ties(), wrong_loop(base)
+    lost = [step.lost for step in base.steps]
+    first = ties.made(ground, (close,), lost)
+    assert first.ground is not ground
+    ignore = Ignore(piece.scan, piece.segment, piece.first, piece.last)
+    assert ties.made(ground, (close, ignore), lost) is first
+    assert ties.made(ground, (ignore, close), lost) is first
+    assert ties.made(ground, (ignore,), lost) is not first
+    remembered = amended(base, (close, ignore), config, ground=ground, ties=ties).snapshot
+    anew = amended(base, (close, ignore), config, ground=ground).snapshot
+    np.testing.assert_array_equal(remembered.poses, anew.poses)
+    for one, other in zip(remembered.map, anew.map, strict=True):
+        assert one.id == other.id
+        np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points)
+
+
+def test_other_ties_and_another_ground_are_made_for_themselves(base: Snapshot, ground: Ground) -> None:
+    ties, close = Ties(), wrong_loop(base)
+    lost = [step.lost for step in base.steps]
+    first = ties.made(ground, (close,), lost)
+    drop = DropLoop(close.earlier, close.scan)
+    assert ties.made(ground, (close, drop), lost) is not first
+    elsewhere = Ground(ground.decisions, ground.estimate, ground.config, ground.model)
+    assert ties.made(elsewhere, (close,), lost) is not first
+    assert ties.made(ground, (drop,), lost).skipped[0] is not None
