@@ -183,8 +183,7 @@ def describe_key_pose(scan: int, world: MapView, step: SlamStep | None) -> Descr
         ]
         history = [decision(association) for association in step.associations]
     history += [
-        f"Loop closure with scan {loop.scan if loop.earlier == scan else loop.earlier}: "
-        f"{loop.verdict}, {loop.reason}"
+        f"Loop closure with scan {loop.scan if loop.earlier == scan else loop.earlier}: {loop.verdict}, {loop.reason}"
         for loop in world.loop_closures
         if scan in (loop.earlier, loop.scan)
     ]

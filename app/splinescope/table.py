@@ -40,7 +40,9 @@ def bullets(texts: Iterable[str]) -> str:
 
 def pairs(rows: Iterable[tuple[str, str]]) -> str:
     """Names and their values."""
-    lines = (f'<tr><td class="dim">{escaped(name)}</td><td class="n">{escaped(value)}</td></tr>' for name, value in rows)
+    lines = (
+        f'<tr><td class="dim">{escaped(name)}</td><td class="n">{escaped(value)}</td></tr>' for name, value in rows
+    )
     return f"<table>{''.join(lines)}</table>"
 
 

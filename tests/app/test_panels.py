@@ -219,7 +219,7 @@ def test_panels_show_every_step_and_the_figures(page: Page, finished: Session) -
     shown = "".join(contents(page))
     assert "5. Relation to its spline" in shown
     assert "NIS: " in shown
-    assert typeset("key scans against the 95 % band") in shown
+    assert "key scans against the 95 % band" in shown
 
 
 def contents(page: Page) -> list[str]:

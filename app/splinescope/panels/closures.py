@@ -84,7 +84,13 @@ def shown(
 def row(closure: LoopClosure, move: Float[np.ndarray, "2"] | None) -> tuple[tuple[str, ...], str]:
     """The cells of one closure, and why it was rejected."""
     off = "–" if move is None else f"{distance(move[0])}, {np.degrees(move[1]):.1f}°"
-    cells = (f"{closure.earlier:,} – {closure.scan:,}", f"{closure.score:.2f}", f"{closure.inliers:.0%}", off, f"{SIGNS[closure.verdict]} {closure.verdict}")
+    cells = (
+        f"{closure.earlier:,} – {closure.scan:,}",
+        f"{closure.score:.2f}",
+        f"{closure.inliers:.0%}",
+        off,
+        f"{SIGNS[closure.verdict]} {closure.verdict}",
+    )
     return cells, "" if closure.accepted else f"{closure.reason[:1].upper()}{closure.reason[1:]}."
 
 

@@ -35,7 +35,7 @@ class Ties:
     _kept: list[tuple[Ground, tuple[Tie, ...], Tied]] = field(default_factory=list)
 
     def made(self, ground: Ground, edits: Sequence[Edit], lost: Sequence[bool], cancelled: Cancelling = never) -> Tied:
-        """The edits of ties among these made; `lost` says which key scans see nothing. Raises SolverError, Cancelled."""
+        """The edits of ties among these made; `lost` are key scans that saw nothing. Raises SolverError, Cancelled."""
         ties = tuple(edit for edit in edits if isinstance(edit, Tie))
         known = next((tied for start, made, tied in self._kept if start is ground and made == ties), None)
         tied = known or tied_by(ground, ties, lost, cancelled)
