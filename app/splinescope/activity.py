@@ -12,7 +12,24 @@ class Work(Enum):
     OPENING = "Opening the log"
     PROCESSING = "Processing the log"
     OPTIMISING = "Optimising the map"
-    COVARIANCES = "Computing covariances"
+    COVARIANCES = "Measuring the map"
+    EDITING = "Making the edits"
+
+
+STAGES = {
+    "scans": "Matching scans and growing the map",
+    "pose graph": "Solving the pose graph",
+    "adjustment": "Adjusting the map",
+    "scans between": "Placing the scans between key scans",
+    "edits": "Making the hand edits",
+    "rebuild": "Building the map anew",
+}
+"""The pipeline's stages in words."""
+
+
+def stage_in_words(stage: str) -> str:
+    """What is being done; a stage that is told in words already begins with a capital."""
+    return STAGES.get(stage, f"{stage[:1].upper()}{stage[1:]}")
 
 
 @dataclass(frozen=True, slots=True)

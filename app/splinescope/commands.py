@@ -11,7 +11,7 @@ from bspline_slam.scan import ScanLog
 from splinescope.browser.link import Link
 from splinescope.browser.values import Place
 from splinescope.closures import ClosurePage
-from splinescope.editing import Picking
+from splinescope.proposal import Picking
 from splinescope.recipe import Recipe
 from splinescope.subject import EditKind
 from splinescope.view import Colouring, Layer, Piece, Selection

@@ -11,12 +11,13 @@ from bspline_slam import se2
 from bspline_slam.edits.explain import Worst
 from splinescope import commands as ask
 from splinescope.browser.values import Bounds
-from splinescope.editing import Editing, Picking
+from splinescope.editing import Editing
 from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
 from splinescope.notice import Notice
 from splinescope.picking import nearest_key_pose, nearest_spline
 from splinescope.pieces import name_of_piece, points_of
+from splinescope.proposal import Picking
 from splinescope.subject import EditKind, Subject, edits_for
 from splinescope.view import GhostView, Piece, Selection
 

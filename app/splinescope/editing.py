@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from enum import Enum
-from typing import Protocol
-
-import numpy as np
-from jaxtyping import Float
+from dataclasses import replace
 
 from bspline_slam.association import Association
 from bspline_slam.edits.doubts import Doubt
@@ -19,13 +14,16 @@ from bspline_slam.edits.history import Accept, Accepted, GoTo, History, Operatio
 from bspline_slam.edits.journal import Journal, Origin
 from bspline_slam.errors import EditError
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, SlamStep
+from bspline_slam.slam import SlamStep
+from splinescope.activity import Activity, Work, stage_in_words
+from splinescope.answering import Answering, Show
 from splinescope.computing import edit_messages as told
-from splinescope.computing.messages import Failed, Message, Stopped
+from splinescope.computing.messages import Failed, Message, Progress, Stopped
 from splinescope.doubts import Doubts
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.notice import Notice
+from splinescope.proposal import Picking, Proposal
 from splinescope.recent import Recent, State
 from splinescope.result import Result
 from splinescope.subject import name_of
@@ -35,68 +33,11 @@ OFFERED = "There are edits from before: take them up, or set them aside, first."
 NOT_KEPT = "The journal of edits cannot be written"
 
 
-class Answering(Protocol):
-    """Who answers edits: the editor's process, seen from here."""
-
-    def prepare(self, kept: bytes, config: SlamConfig) -> int: ...
-    def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int: ...
-    def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int: ...
-    def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int: ...
-    def cancel(self) -> None: ...
-
-
-class Nobody:
-    """Where there is no editor's process: nothing is ever answered."""
-
-    def prepare(self, kept: bytes, config: SlamConfig) -> int:
-        return 0
-
-    def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int:
-        return 0
-
-    def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int:
-        return 0
-
-    def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int:
-        return 0
-
-    def cancel(self) -> None:
-        """Nothing runs."""
-
-
-class Show(Protocol):
-    """Where results with edits are shown."""
-
-    def amend(self, result: Result) -> None:
-        """This is the result of its number from now on."""
-        ...
-
-    def glimpse(self, ghost: told.Ghost) -> None:
-        """What the map nearly becomes."""
-        ...
-
-
-class Picking(Enum):
-    """What the next click in the map chooses; the value asks for it."""
-
-    TARGET = "Click the spline that it belongs to."
-    PLACE = "Click the place to split it at."
-    LOOP = "Click the pose of the key scan that saw the same place."
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Proposal:
-    """Edits that are looked at before they are accepted, and what they would do as far as it is known."""
-
-    edits: tuple[Edit, ...]
-    name: str
-    preview: told.Preview | None = None
-
-
 class Editing:
     """State: the run that is edited, its journal and history, and what is being proposed.
 
-    `offer` are edits from before that nobody has taken up yet. `making` says that the exact map is not there yet.
+    `offer` are edits from before that nobody has taken up yet. `making` says that the exact map is not there yet,
+    `activity` how far it is where that takes longer than a moment.
     """
 
     def __init__(
@@ -113,6 +54,8 @@ class Editing:
         self._journal: Journal | None = None
         self._jobs: dict[str, int] = {}
         self._in_map: tuple[Edit, ...] = ()
+        self._settled_at = 0
+        self._progress: Progress | None = None
         self._recent = Recent()
         self.base: Result | None = None
         self.history = History()
@@ -174,7 +117,7 @@ class Editing:
             self._journal.close()
         self._journal, self._origin, self._log, self.base = None, None, None, None
         self.history, self.offer, self.explanation, self._jobs, self._in_map = History(), None, None, {}, ()
-        self.doubts, self._doubts_without, self._recent = Doubts(), (), Recent()
+        self.doubts, self._doubts_without, self._recent, self._settled_at = Doubts(), (), Recent(), 0
         self.leave()
 
     @property
@@ -188,6 +131,14 @@ class Editing:
     def making(self) -> bool:
         """Whether the map with the edits in force is on its way."""
         return "make" in self._jobs
+
+    @property
+    def activity(self) -> Activity | None:
+        """The map being made with the edits in force, once that has taken a moment."""
+        told = self._progress
+        if told is None or told.job != self._jobs.get("make"):
+            return None
+        return Activity(Work.EDITING, told.job, stage_in_words(told.stage), told.fraction, told.seconds_left)
 
     @property
     def no_doubts(self) -> str | None:
@@ -294,6 +245,15 @@ class Editing:
             self._tell(Notice("The edits are set aside", f"They are kept in {kept}."))
         self.offer = None
 
+    def stop(self) -> None:
+        """Leave off making the map: back to the last state that was there, from which redo leads on."""
+        if not self.making:
+            self._tell(Notice("Nothing to cancel", "No edit is being made."))
+            return
+        self._tell(Notice("Making the edits was stopped", "The map is as it was before; redo makes it after all."))
+        before = min(self._settled_at, max(self.history.cursor - 1, 0))
+        self._do(GoTo(before))
+
     def _make(self) -> None:
         """Ask for the map with the edits in force; one that was shown lately is there at once, and so is that without
         edits."""
@@ -302,6 +262,7 @@ class Editing:
         known = self._recent.find(edits) if edits or base is None else State(base, None, self._doubts_without)
         for what in ("doubts", "make"):
             self._jobs.pop(what, None)
+        self._progress = None
         if known is None or known.doubts is None:
             self.explanation = None
             self._jobs["make"] = self._editor.make(edits, self._in_map)
@@ -312,6 +273,7 @@ class Editing:
     def _take(self, state: State) -> None:
         """From now on this is shown."""
         self._in_map, self.explanation = state.result.edits, state.explanation
+        self._settled_at = self.history.cursor
         self._show.amend(state.result)
 
     # -- loop closures -------------------------------------------------------------------------------------------
@@ -342,6 +304,8 @@ class Editing:
                 self._tell(Notice("The editor failed", message.sentence, bad=True))
             return
         match message:
+            case Progress():
+                self._progress = message
             case told.PreviewFound(preview=preview) if self.proposal is not None:
                 self.proposal = replace(self.proposal, preview=preview)
             case told.QuickAnswer(ghost=ghost):

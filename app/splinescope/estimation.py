@@ -12,7 +12,7 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import ConfigError
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
-from splinescope.activity import Activity, Work, duration
+from splinescope.activity import Activity, Work, duration, stage_in_words
 from splinescope.computing import messages as told
 from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.solution import Solution
@@ -217,7 +217,7 @@ class Estimation:
         for result in (self.results.shown, self.results.compared):
             if result is not None and not result.measured and result.number not in self._given_up:
                 job = self._estimator.covariances(self._path, result.kept, result.recipe.config(), result.edits)
-                self.activity = Activity(Work.COVARIANCES, job, "Waiting its turn")
+                self.activity = Activity(Work.COVARIANCES, job, Work.COVARIANCES.value)
                 self._measuring = result.number
                 return
 
@@ -229,8 +229,7 @@ class Estimation:
             return
         match message:
             case told.Progress(stage=stage, fraction=fraction, seconds_left=left):
-                said = stage[:1].upper() + stage[1:]
-                self.activity = replace(activity, stage=said, fraction=fraction, seconds_left=left)
+                self.activity = replace(activity, stage=stage_in_words(stage), fraction=fraction, seconds_left=left)
             case told.StepsDone(steps=steps):
                 self._findings.record(steps)
             case told.MapChanged(snapshot=snapshot, adjusted=adjusted):

@@ -14,6 +14,7 @@ from bspline_slam.slam import Snapshot
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.activity import Activity
+from splinescope.answering import Answering, Nobody
 from splinescope.browser.link import Link
 from splinescope.browser.log_view import LogView
 from splinescope.browser.preferences import Preferences
@@ -23,7 +24,7 @@ from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.iterations import Frame, at_frame
 from splinescope.computing.messages import Measured, Message
 from splinescope.computing.solution import Solution
-from splinescope.editing import Answering, Editing, Nobody
+from splinescope.editing import Editing
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
 from splinescope.journals import Journals
@@ -179,8 +180,8 @@ class Session:
 
     @property
     def activity(self) -> Activity | None:
-        """The running job."""
-        return self.estimation.activity if self.estimation is not None else None
+        """The running job; edits that are being made come first."""
+        return self.editing.activity or (self.estimation.activity if self.estimation is not None else None)
 
     @property
     def solution(self) -> Solution | None:
@@ -498,6 +499,8 @@ class Session:
             self.opening = None
         elif self.estimation is None:
             self.tell(Notice("Nothing to cancel", NO_LOG))
+        elif self.editing.activity is not None:
+            self.editing.stop()
         else:
             self.estimation.cancel()
 

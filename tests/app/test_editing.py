@@ -36,6 +36,7 @@ from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.actions import ACTIONS
+from splinescope.activity import Activity, Work
 from splinescope.browser.preferences import Preferences
 from splinescope.computing.edit_jobs import Jobs as EditJobs
 from splinescope.computing.edit_messages import (
@@ -50,13 +51,14 @@ from splinescope.computing.edit_messages import (
     QuickAnswer,
 )
 from splinescope.computing.jobs import Jobs
-from splinescope.computing.messages import Failed, Finished, Message, ProcessLog, SolveMap
-from splinescope.editing import Editing, Picking
+from splinescope.computing.messages import Failed, Finished, Message, ProcessLog, Progress, SolveMap
+from splinescope.editing import Editing
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
 from splinescope.marks import marks
 from splinescope.panels.inspector import shown
 from splinescope.pieces import every_piece, name_of_piece
+from splinescope.proposal import Picking
 from splinescope.recipe import Recipe
 from splinescope.session import Session
 from splinescope.subject import EditKind
@@ -529,6 +531,27 @@ def test_the_editor_s_death_is_told_and_what_was_accepted_stays(desk: Desk) -> N
     assert [type(request).__name__ for request in desk.editor.asked[-2:]] == ["Prepare", "MakeEdits"]
     desk.editor.answer()
     assert desk.session.result is not None and desk.session.result.edits == desk.editing.history.active != ()
+
+
+def test_an_edit_in_the_making_tells_how_far_it_is_and_can_be_left_off(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE))
+    before, session = desk.shown, desk.session
+    session.apply(ask.AcceptEdits())
+    job = desk.editing._jobs["make"]
+    assert session.activity is None or session.activity.work is not Work.EDITING
+    session.hear(Progress(job, "rebuild", 0.4, 3.0))
+    assert session.activity == Activity(Work.EDITING, job, "Building the map anew", 0.4, 3.0)
+    assert ACTIONS["cancel"].refusal(session) is None
+    session.apply(ask.Cancel())
+    assert not desk.editing.making and desk.editing.activity is None
+    assert desk.editing.history.active == () and desk.editing.history.redo is not None
+    desk.editor.answer()
+    assert desk.shown == before
+    desk.do(ask.Redo())
+    assert desk.shown != before and len(desk.editing.history.active) == 1
+    desk.editing.stop()
+    assert session.notices[-1].title == "Nothing to cancel"
 
 
 # -- random operations ---------------------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.actions.action import Action
-from splinescope.editing import Picking
 from splinescope.lost_scans import next_lost
+from splinescope.proposal import Picking
 from splinescope.session import Session
 from splinescope.subject import EditKind
 

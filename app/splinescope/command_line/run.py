@@ -18,6 +18,7 @@ from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names, marginals, run_slam
+from splinescope.activity import STAGES
 from splinescope.calibration_text import unfit_in_words
 from splinescope.command_line.preparing import prepare
 from splinescope.command_line.replay import check_log, journal_of, replayed
@@ -26,14 +27,6 @@ from splinescope.lost_scans import lost_in_words
 
 Progress = Callable[[str, float], None]
 Cancelling = Callable[[], bool]
-STAGES = {
-    "scans": "Matching scans and growing the map",
-    "pose graph": "Solving the pose graph",
-    "adjustment": "Adjusting the map",
-    "scans between": "Placing the scans between key scans",
-    "edits": "Making the hand edits",
-}
-"""The pipeline's stages in words for a terminal."""
 
 
 def run_and_write(

@@ -11,7 +11,7 @@ from bspline_slam.errors import ConfigError
 from bspline_slam.lab.twin import Twin
 from bspline_slam.lab.twin_trial import TwinErrors, run_trial
 from bspline_slam.slam import SlamConfig
-from splinescope.command_line.run import STAGES
+from splinescope.activity import STAGES
 from splinescope.command_line.twin_table import HEADERS, cells, line
 
 Progress = Callable[[str, float], None]

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
+from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.edits.amend import Amended, amended, edited
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.doubts import doubts
@@ -25,7 +26,7 @@ from bspline_slam.edits.quick import Answer, Footing, answer
 from bspline_slam.edits.ties import Ties
 from bspline_slam.errors import Cancelled, EditError
 from bspline_slam.mapping import carried
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
 from bspline_slam.spline_map import SplineMap
 from bspline_slam.tracking import carried_along
 from splinescope.computing.edit_messages import (
@@ -43,13 +44,15 @@ from splinescope.computing.edit_messages import (
     QuickAnswer,
 )
 from splinescope.computing.messages import Message, for_looking_at
-from splinescope.computing.reporter import failures_told
+from splinescope.computing.reporter import Reporter, failures_told
 from splinescope.computing.solution import Solution
 
 MOST_ROWS = 6
 """Rows of a preview on what pieces are about."""
 KEPT = 8
 """So many states are remembered: to undo and to redo takes no time."""
+MOMENT = 0.3
+"""What takes no longer than this (s) is not told of while it goes on."""
 MOVED = 1e-3
 """What moves by less than this (m) is not in the ghost."""
 
@@ -127,13 +130,17 @@ class Jobs:
         self._send(PreviewFound(request.job, found))
 
     def _state(
-        self, edits: tuple[Edit, ...], cancelled: Callable[[], bool], tell: Callable[[Solved], None] = lambda _: None
+        self,
+        edits: tuple[Edit, ...],
+        cancelled: Callable[[], bool],
+        tell: Callable[[Solved], None] = lambda _: None,
+        progress: StageProgress = quiet,
     ) -> Made:
         """The result with these edits: remembered, or made; `tell` is told of it before the rest is made ready."""
         made = self._made.get(edits)
         if made is None:
             base, ground = self._whole, self._made[()].footing.ground if self._made else None
-            done = amended(base, edits, self._config, cancelled=cancelled, ground=ground, ties=self._ties)
+            done = amended(base, edits, self._config, progress, cancelled, ground=ground, ties=self._ties)
             told = explain(base, done.snapshot, edits, done.skipped, self._config) if edits else None
             solved = Solved(edits, done, told)
             tell(solved)
@@ -156,7 +163,7 @@ class Jobs:
             self._send(made_message(job, self._whole, solved, time.monotonic() - start))
 
         self._glimpse(request)
-        state = self._state(request.edits, cancelled, tell)
+        state = self._state(request.edits, cancelled, tell, slow(Reporter(job, self._send)))
         if cancelled():
             raise Cancelled("newer edits are on their way")
         self._send(DoubtsFound(job, doubts(state.amended.snapshot, self._config)))
@@ -177,6 +184,17 @@ class Jobs:
         if reason is None:
             now = shown.amended.snapshot
             answer(before.footing, decisions, lambda f: self._send(QuickAnswer(job, ghost_of(now, f.decisions))))
+
+
+def slow(reporter: Reporter) -> StageProgress:
+    """Tells progress of what takes longer than a moment."""
+    start = time.monotonic()
+
+    def progress(stage: str, fraction: float, record: IterationRecord | None) -> None:
+        if time.monotonic() - start > MOMENT:
+            reporter.progress(stage, fraction)
+
+    return progress
 
 
 def with_edits(ground: Ground, edits: tuple[Edit, ...]) -> tuple[Decisions, str | None]:

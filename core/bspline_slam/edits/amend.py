@@ -75,7 +75,7 @@ def amended(
     if not edits:
         return Amended(base, ())
     ground = ground or Ground.of(base, config)
-    ground, decisions, skipped = decide(ground, base, edits, cancelled, ties)
+    ground, decisions, skipped = decide(ground, base, edits, progress, cancelled, ties)
     decisions, estimate = settled(ground, decisions, progress, cancelled)
     after = replace(decisions, touched=frozenset(), reshaped=frozenset())
     return Amended(_snapshot(base, decisions, estimate), skipped, replace(ground, decisions=after, estimate=estimate))
@@ -99,11 +99,16 @@ def solved_again(
 
 # -- decisions -----------------------------------------------------------------------------------------------------
 def decide(
-    ground: Ground, base: Snapshot, edits: Sequence[Edit], cancelled: Cancelling = never, ties: Ties | None = None
+    ground: Ground,
+    base: Snapshot,
+    edits: Sequence[Edit],
+    progress: StageProgress = quiet,
+    cancelled: Cancelling = never,
+    ties: Ties | None = None,
 ) -> tuple[Ground, Decisions, tuple[str | None, ...]]:
     """The decisions with edits made in them, and of each edit why it could not be made; where a loop closure moves the
     map, on another ground."""
-    tied = (ties or Ties()).made(ground, edits, [step.lost for step in base.steps], cancelled)
+    tied = (ties or Ties()).made(ground, edits, [step.lost for step in base.steps], progress, cancelled)
     ground, decisions, early = tied.ground, tied.decisions, iter(tied.skipped)
     skipped: list[str | None] = []
     for edit in edits:

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.adjustment import adjust_splines
 from bspline_slam.backends import Stopping, back_end
-from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
+from bspline_slam.backends.protocol import Cancelling, Estimate, never
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, DropLoop, PinPose
 from bspline_slam.errors import Cancelled, EditError
@@ -19,7 +19,7 @@ from bspline_slam.graph import Graph, PoseFactor, PosePrior
 from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.mapping import MapBuilder
 from bspline_slam.models.protocol import Model
-from bspline_slam.slam import SlamConfig
+from bspline_slam.slam import SlamConfig, StageProgress, quiet
 from bspline_slam.spline_map import SplineMap
 
 BY_HAND = "closed by hand"
@@ -110,7 +110,12 @@ def _bent(factors: Sequence[PoseFactor], old: Float[np.ndarray, "n 3"], new: Flo
 
 
 def rebuilt(
-    decisions: Decisions, lost: Sequence[bool], config: SlamConfig, model: Model, cancelled: Cancelling = never
+    decisions: Decisions,
+    lost: Sequence[bool],
+    config: SlamConfig,
+    model: Model,
+    progress: StageProgress = quiet,
+    cancelled: Cancelling = never,
 ) -> tuple[Decisions, Estimate]:
     """The map built anew at the poses and adjusted; splines keep the ids of those that the same segments began."""
     builder = MapBuilder(config.association, model, _inheritance(decisions), first_id=_next_id(decisions))
@@ -118,6 +123,7 @@ def rebuilt(
     for key, pose, blind in zip(decisions.keys, decisions.poses, lost, strict=True):
         if cancelled():
             raise Cancelled("cancelled while the map was built anew")
+        progress("rebuild", len(keys) / len(decisions.keys), None)
         seen = () if blind else builder.add(key.scan, pose, key.segments, key.sensor)
         keys.append(replace(key, associations=seen))
     named = tuple(
@@ -126,13 +132,10 @@ def rebuilt(
     )
     worthy = SplineMap(tuple(s for s in builder.map if s.observations >= min(config.least_observations, len(keys))))
     splines, estimate = adjust_splines(
-        named, decisions.poses, worthy, decisions.factors, config.adjustment, model, "direct", _quiet, cancelled
-    )
+        named, decisions.poses, worthy, decisions.factors, config.adjustment, model, "direct",
+        lambda fraction, record: progress("adjustment", fraction, record), cancelled,
+    )  # fmt: skip
     return replace(decisions, poses=estimate.poses, keys=named, splines=splines), estimate
-
-
-def _quiet(fraction: float, record: IterationRecord | None) -> None:
-    """Progress that nobody watches."""
 
 
 def _heir(builder: MapBuilder, spline: int | None) -> int | None:

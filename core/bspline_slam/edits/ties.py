@@ -11,7 +11,7 @@ from bspline_slam.edits.edit import CloseLoop, DropLoop, Edit, PinPose
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.loop_edits import close_loop, drop_loop, moved_poses, pin_pose, rebuilt
 from bspline_slam.errors import EditError
-from bspline_slam.slam import SlamConfig
+from bspline_slam.slam import SlamConfig, StageProgress, quiet
 
 Tie = CloseLoop | DropLoop | PinPose
 KEPT = 3
@@ -34,17 +34,26 @@ class Ties:
 
     _kept: list[tuple[Ground, tuple[Tie, ...], Tied]] = field(default_factory=list)
 
-    def made(self, ground: Ground, edits: Sequence[Edit], lost: Sequence[bool], cancelled: Cancelling = never) -> Tied:
+    def made(
+        self,
+        ground: Ground,
+        edits: Sequence[Edit],
+        lost: Sequence[bool],
+        progress: StageProgress = quiet,
+        cancelled: Cancelling = never,
+    ) -> Tied:
         """The edits of ties among these made; `lost` are key scans that saw nothing. Raises SolverError, Cancelled."""
         ties = tuple(edit for edit in edits if isinstance(edit, Tie))
         known = next((tied for start, made, tied in self._kept if start is ground and made == ties), None)
-        tied = known or tied_by(ground, ties, lost, cancelled)
+        tied = known or tied_by(ground, ties, lost, progress, cancelled)
         others = [each for each in self._kept if each[2] is not tied]
         self._kept = [*others, (ground, ties, tied)][-KEPT:]
         return tied
 
 
-def tied_by(ground: Ground, ties: Sequence[Tie], lost: Sequence[bool], cancelled: Cancelling = never) -> Tied:
+def tied_by(
+    ground: Ground, ties: Sequence[Tie], lost: Sequence[bool], progress: StageProgress, cancelled: Cancelling
+) -> Tied:
     """These edits made; where a loop closure moves the map, on another ground. Raises SolverError, Cancelled."""
     decisions, skipped = ground.decisions, []
     for edit in ties:
@@ -58,7 +67,7 @@ def tied_by(ground: Ground, ties: Sequence[Tie], lost: Sequence[bool], cancelled
         poses = moved_poses(ground.decisions, decisions, ground.config)
         if poses is not None:
             bent = replace(decisions, poses=poses)
-            decisions, estimate = rebuilt(bent, lost, ground.config, ground.model, cancelled)
+            decisions, estimate = rebuilt(bent, lost, ground.config, ground.model, progress, cancelled)
             ground = Ground.at(replace(decisions, pose_pins={}), estimate, ground.config)
     return Tied(ground, decisions, tuple(skipped))
 
