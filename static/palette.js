@@ -81,11 +81,10 @@ const palette = dialog("palette", "Find an action", (body) => {
   if (!list.isConnected) body.append(input, list);
   input.value = "";
   search();
-  setTimeout(() => input.focus());
 });
 
 export function start() {
-  Object.assign(input, { type: "text", placeholder: "What do you want to do?", autocomplete: "off", spellcheck: false });
+  Object.assign(input, { type: "text", placeholder: "What do you want to do?", autocomplete: "off", spellcheck: false, autofocus: true });
   input.setAttribute("role", "combobox");
   input.setAttribute("aria-label", "Name of an action");
   input.setAttribute("aria-controls", "scope-options");

@@ -1,4 +1,4 @@
-"""The estimator's work on one log: asked for, listened to, taken into the findings; its results are all kept."""
+"""The estimator's work on one log: asked for, listened to, taken into the findings; its latest results are kept."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from splinescope.findings import Findings
 from splinescope.map_view import moved
 from splinescope.notice import Notice
 from splinescope.recipe import Recipe
-from splinescope.result import Result, Results
+from splinescope.result import KEPT, Result, Results
 
 
 class Estimator(Protocol):
@@ -304,7 +304,7 @@ class Estimation:
             self._show_new(result)
             of_all = len(self._findings.log) if self._findings.log is not None else 0
             return f"{scans:,} of {of_all:,} scans are in the map; it can be optimised."
-        self.results = self.results.added(result, show=False)
+        self._add(result, show=False)
         self._restore()
         return f"{UNCHANGED} The {scans:,} scans done are kept as result {result.number}."
 
@@ -329,8 +329,14 @@ class Estimation:
         return Result(number, self._recipe, snapshot, steps, findings.processed, kept, solution)
 
     def _show_new(self, result: Result) -> None:
-        self.results = self.results.added(result)
+        self._add(result)
         self._take(result)
+
+    def _add(self, result: Result, show: bool = True) -> None:
+        before, self.results = self.results, self.results.added(result, show)
+        for gone in before.all:
+            if self.results.find(gone.number) is None:
+                self._tell(Notice(f"Result {gone.number} has left the list", f"The latest {KEPT} results are kept."))
 
 
 def by_hand_in_words(edits: int) -> str:

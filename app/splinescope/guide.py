@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from splinescope import commands as ask
 from splinescope.paths import SAMPLE, find_log
+from splinescope.recipe import Recipe
 from splinescope.session import Session
 from splinescope.tour import STEPS, WAIT, Tour, mistake_in, ready
 
@@ -18,6 +19,7 @@ class Guide:
     def start(self) -> None:
         """Begin, on the sample log."""
         session, sample = self._session, find_log(SAMPLE)
+        session.apply(ask.Choose(Recipe()))
         if session.log is None or session.log.path != sample:
             session.apply(ask.OpenLog(sample))
         self.tour = Tour()

@@ -1,4 +1,4 @@
-"""Finished runs over one log: all of them are kept, one is shown, another may be laid over it."""
+"""Finished runs over one log: the latest are kept, one is shown, another may be laid over it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ from splinescope.computing.iterations import Frame
 from splinescope.computing.solution import Solution
 from splinescope.quality import Quality
 from splinescope.recipe import Recipe
+
+KEPT = 6
+"""So many results are kept, for each is as large as a map with all its decisions."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +76,7 @@ class Result:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Results:
-    """All results by number, which of them is shown and which compared with it, and how many there ever were."""
+    """Results by number, which of them is shown and which compared with it, and how many there ever were."""
 
     all: tuple[Result, ...] = ()
     shown: Result | None = None
@@ -90,9 +93,13 @@ class Results:
         return result if result.origin is None else self.find(result.origin.number) or result.origin
 
     def added(self, result: Result, show: bool = True) -> Results:
-        """One more result; where it is shown, the one shown before is compared with it."""
+        """One more result; where it is shown, the one shown before is compared with it. The oldest that is not looked
+        at falls out where they become too many."""
         more = replace(self, all=(*self.all, result), made=result.number)
-        return replace(more, shown=result, compared=self.shown) if show else more
+        if show:
+            more = replace(more, shown=result, compared=self.shown)
+        old = (each for each in more.all if each not in (result, more.shown, more.compared))
+        return more.without(next(old)) if len(more.all) > KEPT else more
 
     def showing(self, result: Result) -> Results:
         """Another result shown; where it was the compared one, the two change places."""

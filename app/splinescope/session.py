@@ -428,7 +428,7 @@ class Session:
         self.editing.close()
         self._recognise(log)
         self.preferences = replace(self.remembered, log=str(log.path.absolute()), log_hash=log.content_hash)
-        self.opening, self.troubles, self.recipe, self.ruler = None, (), Recipe(), None
+        self.opening, self.troubles, self.ruler = None, (), None
         self.closure_page = ClosurePage()
         self.title = request.title or log.name
         self.findings = Findings(log)
@@ -437,6 +437,9 @@ class Session:
         self.fit_wanted = True
         self._look_as_before(self.preferences.views.get(log.content_hash, LogView()))
         if len(log):
+            if self.recipe != Recipe():
+                said = f"{self.recipe.back_end}, {self.recipe.model}, order {self.recipe.order}, {self.recipe.knots}"
+                self.tell(Notice("Your choices stay", f"This log is run with {said}. Change that under Estimate."))
             self.estimation.process(self.recipe)
 
     def _recognise(self, log: ScanLog) -> None:

@@ -24,7 +24,7 @@ from jaxtyping import Float
 from bspline_slam.errors import SplineSlamError
 from bspline_slam.logs import open_log
 from splinescope import commands as ask
-from splinescope.actions import PageRequest, Perform, find
+from splinescope.actions import Answer, PageRequest, Perform, find
 from splinescope.browser import preferences as prefs
 from splinescope.browser.addresses import told_addresses
 from splinescope.browser.asker import asker
@@ -116,7 +116,7 @@ class FromEditor:
     message: Message
 
 
-Posted = ask.Command | Perform | Click | Box | PageMoved | Hello | Goodbye | Barrier | Message | FromEditor
+Posted = ask.Command | Perform | Answer | Click | Box | PageMoved | Hello | Goodbye | Barrier | Message | FromEditor
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -184,6 +184,7 @@ class Viewer:
         page.on_view(lambda: self.post(PageMoved()))
         page.on_hello(lambda name, query: self.post(Hello(name, query)))
         page.on_goodbye(lambda client: self.post(Goodbye(client)))
+        page.on_answer(lambda action, text: self.post(Answer(action, text)))
         page.on_tab(lambda name: self.post(ask.ShowTab(name)))
 
     @property
@@ -291,6 +292,8 @@ class Viewer:
                 self._visit(self._visitors.left(item.client))
             case Perform():
                 self._perform(item.action, client)
+            case Answer():
+                self._answer(item)
             case Click() if self.session.editing.picking or self.session.editing.draft:
                 x, y = item.point.tolist()
                 self.session.apply(ask.PickPlace(x, y, CLICK_PIXELS * item.metres_per_pixel))
@@ -415,12 +418,27 @@ class Viewer:
                 self._drive(client)
             case PageRequest.LINK if client is not None:
                 self._presenter.copy_link(client)
-            case PageRequest.SCRIPT:
+            case PageRequest.SCRIPT | PageRequest.ASK:
                 self._presenter.perform(name, client)
             case PageRequest():
                 logger.warning("%s concerns a page, but none has asked", name)
             case command:
                 session.apply(command)
+
+    def _answer(self, answer: Answer) -> None:
+        """Do what has asked a question, now that it is answered."""
+        action, session = find(answer.action), self.session
+        if action is None or action.asks is None:
+            logger.warning("no question is called %.80s", answer.action)
+            return
+        refusal = action.refusal(session)
+        if refusal is not None:
+            session.tell(Notice(action.words, refusal))
+            return
+        try:
+            session.apply(action.asks.command(answer.text))
+        except SplineSlamError as error:
+            session.tell(Notice(action.words, f"{str(error)[:1].upper()}{str(error)[1:]}."))
 
     def _tell_of_changes(self) -> None:
         if self.session.revision != self._told:

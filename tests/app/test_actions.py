@@ -11,11 +11,14 @@ import pytest
 
 from app.inline import InlineEstimator, deliver, session_with, stand_in
 from app.logs import corridor_log
+from bspline_slam.errors import SplineSlamError
+from bspline_slam.loop_closure import LoopClosure
 from splinescope import commands as ask
 from splinescope.actions import ACTIONS, GROUPS, PageRequest, described, refusals
 from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS
 from splinescope.browser.page import Page
 from splinescope.browser.preferences import Preferences
+from splinescope.closures import ClosurePage, Which
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.action_row import action_row, button
 from splinescope.paths import static_folder
@@ -111,6 +114,59 @@ def test_the_scripts_own_actions_are_done_by_the_script() -> None:
     done = set(re.findall(r'does\("([a-z-]+)"', scripts))
     assert done == {a.id for a in ACTIONS.values() if a.does is PageRequest.SCRIPT and not a.id.startswith("tab-")}
     assert len(described()["actions"]) == len(ACTIONS)  # pyright: ignore[reportArgumentType]
+
+
+def test_questions_are_told_and_their_answers_are_commands(empty: Session) -> None:
+    asking = [action for action in ACTIONS.values() if action.asks is not None]
+    assert {action.id for action in asking} == {a.id for a in ACTIONS.values() if a.does is PageRequest.ASK}
+    told = described()["actions"]
+    assert isinstance(told, list)
+    assert {row["id"] for row in told if row["asks"]} == {action.id for action in asking}
+    second, opening = ACTIONS["go-to-second"], ACTIONS["open-log"]
+    assert second.asks is not None and opening.asks is not None
+    assert second.asks.command("42,5 s") == second.asks.command("42.5") == ask.SeekTime(42.5)
+    opened = opening.asks.command("office")
+    assert isinstance(opened, ask.OpenLog) and opened.path.name in opening.asks.choices
+    for action, nonsense in ((second, "noon"), (second, "nan"), (opening, "no such log")):
+        assert action.asks is not None
+        with pytest.raises(SplineSlamError):
+            action.asks.command(nonsense)
+
+
+def test_what_is_chosen_for_the_next_run_can_be_chosen_by_name(finished: Session) -> None:
+    finished.apply(choice(finished, "estimator-sam"))
+    finished.apply(choice(finished, "model-chord-length"))
+    assert (finished.recipe.back_end, finished.recipe.model) == ("sam", "chord-length")
+
+
+def choice(session: Session, action: str) -> ask.Command:
+    request = ACTIONS[action].request(session)
+    assert not isinstance(request, PageRequest)
+    return request
+
+
+def test_tests_and_pages_of_closures_are_reached_by_name(finished: Session, empty: Session) -> None:
+    assert ACTIONS["nis-worst"].refusal(empty) == "Key scans of this map are not tested by NIS."
+    tests = finished.findings.consistency
+    assert tests is not None
+    assert choice(finished, "nis-worst") == ask.Seek(tests.nis.worst or 0)
+    finished.apply(ask.Seek(0))
+    finished.apply(choice(finished, "nis-next"))
+    assert finished.cursor == tests.nis.worst
+    finished.findings.consistency = replace(tests, nis=replace(tests.nis, squares=tests.nis.dof))
+    assert ACTIONS["nis-next"].refusal(finished) == "No key scan lies above the band of NIS."
+    assert ACTIONS["closures-next"].refusal(finished) and ACTIONS["closures-back"].refusal(finished)
+    snapshot = finished.findings.snapshot
+    assert snapshot is not None
+    loop = LoopClosure(0, 20, np.zeros(3), np.eye(3), 0.7, 0.8, False, "seen again")
+    finished.findings.snapshot = replace(snapshot, loop_closures=(loop,) * 20)
+    pages = [0]
+    while ACTIONS["closures-next"].refusal(finished) is None:
+        finished.apply(choice(finished, "closures-next"))
+        pages.append(finished.closure_page.number)
+    assert pages == [0, 1, 2]
+    finished.apply(choice(finished, "closures-accepted"))
+    assert finished.closure_page == ClosurePage(Which.ACCEPTED)
 
 
 def test_a_button_says_why_it_cannot_be_pressed(page: Page, empty: Session, finished: Session) -> None:

@@ -20,6 +20,7 @@ from splinescope.browser.link import Link
 from splinescope.browser.preferences import FIRST_LAYERS, Preferences
 from splinescope.computing import messages as told
 from splinescope.recipe import Recipe
+from splinescope.result import KEPT
 from splinescope.session import Session
 from splinescope.view import Colouring, Layer, Selection
 
@@ -465,7 +466,21 @@ def test_results_belong_to_their_log(finished: tuple[Session, InlineEstimator]) 
     session.apply(ask.LogOpened(request, session.log))
     assert numbers(session) == ([], None, None)
     assert session.compared_view is None
-    assert session.recipe == Recipe()
+    assert session.recipe.back_end == "sam", "what was chosen stays for the next log"
+    assert session.notices[-1].title == "Your choices stay"
+
+
+def test_the_oldest_result_falls_out_and_that_is_said(finished: tuple[Session, InlineEstimator]) -> None:
+    session, _ = finished
+    assert session.estimation is not None and session.result is not None
+    first = session.result
+    for number in range(2, KEPT + 1):
+        session.estimation._add(replace(first, number=number))
+    assert [result.number for result in session.results.all] == list(range(1, KEPT + 1))
+    session.apply(ask.CompareWith(1))
+    session.estimation._add(replace(first, number=KEPT + 1), show=False)
+    assert numbers(session) == ([1, *range(3, KEPT + 2)], KEPT, 1), "what is looked at stays"
+    assert session.notices[-1].title == "Result 2 has left the list"
 
 
 def test_a_log_that_is_opened_again_is_seen_as_it_was_left(finished: tuple[Session, InlineEstimator]) -> None:

@@ -63,6 +63,6 @@ def test_consistency_is_drawn_and_leads_to_its_worst_scan(viewer: Viewer, open_w
     plot = window.page.get_by_role("img", name="NEES of key scans against the 95 % band")
     expect(plot).to_be_visible()
     assert plot.locator("circle").count() > 10
-    window.page.get_by_role("button", name="Go to the worst scan").first.click()
+    window.page.get_by_role("button", name="Worst scan").first.click()
     until(lambda: tests.nees and viewer.session.cursor == tests.nees.worst, "the worst scan")
     window.screenshot("consistency")

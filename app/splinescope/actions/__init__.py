@@ -7,7 +7,7 @@ key, its place in palette and help sheet, and its refusal follow. A button for i
 
 from __future__ import annotations
 
-from splinescope.actions.action import Action, PageRequest, Perform, Request
+from splinescope.actions.action import Action, Answer, PageRequest, Perform, Question, Request
 from splinescope.actions.colours import COLOURS
 from splinescope.actions.editing import EDITING, FINDING, GHOST
 from splinescope.actions.layers import GROUPS as LAYER_GROUPS
@@ -15,13 +15,26 @@ from splinescope.actions.layers import SINGLE
 from splinescope.actions.looking import LOOKING
 from splinescope.actions.page import PAGE
 from splinescope.actions.picture import PICTURE
+from splinescope.actions.quality import QUALITY
 from splinescope.actions.results import RESULTS
 from splinescope.actions.time import TIME
 from splinescope.actions.tour import TOUR
 from splinescope.actions.work import WORK
 from splinescope.session import Session
 
-__all__ = ["ACTIONS", "GROUPS", "Action", "PageRequest", "Perform", "Request", "described", "find", "refusals"]
+__all__ = [
+    "ACTIONS",
+    "GROUPS",
+    "Action",
+    "Answer",
+    "PageRequest",
+    "Perform",
+    "Question",
+    "Request",
+    "described",
+    "find",
+    "refusals",
+]
 
 GROUPS: dict[str, tuple[Action, ...]] = {
     "Time": TIME,
@@ -35,6 +48,7 @@ GROUPS: dict[str, tuple[Action, ...]] = {
     "Colours": COLOURS,
     "Estimator": WORK,
     "Results": RESULTS,
+    "Quality": QUALITY,
     "Page": PAGE,
     "Tour": TOUR,
 }
@@ -66,11 +80,20 @@ def described() -> dict[str, object]:
             "group": title,
             "repeats": action.repeats,
             "script": action.does is PageRequest.SCRIPT,
+            "asks": asked(action),
         }
         for title, group in GROUPS.items()
         for action in group
     ]
     return {"about": ABOUT, "actions": rows}
+
+
+def asked(action: Action) -> dict[str, object] | None:
+    """The question of an action for the script of the page."""
+    question = action.asks
+    if question is None:
+        return None
+    return {"label": question.label, "example": question.example, "choices": question.choices}
 
 
 def refusals(session: Session) -> dict[str, str]:

@@ -14,6 +14,7 @@ class PageRequest(Enum):
     """What concerns one page, not the session."""
 
     SCRIPT = "the page's own script does it, by the id of the action"
+    ASK = "the page asks the question of the action, and tells the answer"
     FIT = "show the whole map"
     FIT_SCAN = "show the current scan"
     TAKE_CONTROL = "drive from this page"
@@ -26,6 +27,25 @@ class Perform:
     """A person asks for the action of this id."""
 
     action: str
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A person has answered the question of the action of this id."""
+
+    action: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What an action has to know before it is done: the `label` of a field and an `example` of what belongs there, or
+    one of the `choices`. `command` is made of the answer; it raises SplineSlamError where that makes no sense."""
+
+    label: str
+    command: Callable[[str], Command]
+    example: str = ""
+    choices: tuple[str, ...] = ()
 
 
 Request = Command | PageRequest
@@ -49,7 +69,7 @@ class Action:
     `words` say what it does, as on a button; `keys` are the names of keys as the page reports them ("ArrowRight",
     "Shift+ArrowRight", " ", "f", "F" for Shift and f, "Ctrl+z"). `does` is a command, a request to the page, or a
     function of the session that makes one. `refusal` says in one sentence why it cannot be done now; None if it can.
-    A held key does an action again and again only where it `repeats`.
+    A held key does an action again and again only where it `repeats`. One that `asks` first does `PageRequest.ASK`.
     """
 
     id: str
@@ -58,6 +78,7 @@ class Action:
     does: Request | Callable[[Session], Request]
     refusal: Callable[[Session], str | None] = always
     repeats: bool = False
+    asks: Question | None = None
 
     def request(self, session: Session) -> Request:
         """What to do now."""

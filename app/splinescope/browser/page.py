@@ -84,6 +84,7 @@ class Page:
         self._hellos: list[Callable[[str, str], None]] = []
         self._goodbyes: list[Callable[[int], None]] = []
         self._tabs: list[Callable[[str], None]] = []
+        self._answers: list[Callable[[str, str], None]] = []
         self._set_camera()
         server.scene.world_axes.visible = False
         server.scene.configure_environment_map(None)
@@ -186,6 +187,10 @@ class Page:
         """Call back with the client of a page that has left."""
         self._goodbyes.append(callback)
 
+    def on_answer(self, callback: Callable[[str, str], None]) -> None:
+        """Call back with the id of an action that has asked a question, and with the answer."""
+        self._answers.append(callback)
+
     def on_tab(self, callback: Callable[[str], None]) -> None:
         """Call back with the name of a tab that a person opened."""
         self._tabs.append(callback)
@@ -241,6 +246,10 @@ class Page:
                 return [(callback, (corners,)) for callback in self._boxes]
             case "hello":
                 return [(callback, (str(value["name"])[:80], str(value["query"])[:2000])) for callback in self._hellos]
+            case "answer":
+                return [
+                    (callback, (str(value["action"])[:80], str(value["text"])[:4000])) for callback in self._answers
+                ]
             case "tab":
                 return [(callback, (str(value)[:80],)) for callback in self._tabs]
             case "viewport":

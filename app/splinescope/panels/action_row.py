@@ -18,7 +18,7 @@ def action_row(session: Session, buttons: Buttons, *, label: str = "", strong: s
     """Buttons in a row, behind a label where there is one; that of the action `strong` is the one to press."""
     name = f"<span>{escape(label)}</span>" if label else ""
     made = (button(session, words, action, action == strong) for words, action in buttons.items())
-    return Html(f'<div class="acts">{name}{"".join(made)}</div>')
+    return Html(f'<div class="acts">{name}<div>{"".join(made)}</div></div>')
 
 
 def button(session: Session, words: str, action: str, strong: bool = False) -> Html:

@@ -12,11 +12,12 @@ from bspline_slam.loop_closure import LoopClosure
 from splinescope import table
 from splinescope.closures import ROWS, ClosurePage, Which, chosen, pages
 from splinescope.commands import LeafThrough
-from splinescope.panels.panel import Post, on_change, on_choice
+from splinescope.panels.action_row import Buttons, action_row
+from splinescope.panels.panel import Post, on_change
 from splinescope.session import Session
 
 TITLE = "Loop closures"
-BACK, ON = "← Earlier", "Later →"
+WAYS: Buttons = {"Page before": "closures-back", "Next page": "closures-next"}
 ROW = "closure"
 """Name of a row in what the page tells of clicks."""
 SIGNS = {"accepted": "✓", "rejected": "✕", "waiting": "…"}
@@ -28,18 +29,15 @@ MEANING = (
 
 
 class ClosuresPanel:
-    """A page of the list, the choice of what is in it, and buttons to leaf through it."""
+    """A page of the list, the choice of what is in it, and the way to other pages."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
-        self._page, self._pages = ClosurePage(), 0
         self._drawn: tuple[object, ...] = ()
         self._folder = gui.add_folder(TITLE, expand_by_default=False)
         with self._folder:
             self._which = gui.add_dropdown("Show", tuple(which.value for which in Which))
             self._text = gui.add_html("")
-            self._turn = gui.add_button_group("", (BACK, ON), visible=False)
         on_change(self._which, lambda: post(LeafThrough(ClosurePage(Which(self._which.value)))))
-        on_choice(self._turn, lambda way: post(LeafThrough(self._page.turned(1 if way == ON else -1, self._pages))))
 
     def refresh(self, session: Session) -> None:
         snapshot, quality = session.findings.snapshot, session.findings.quality
@@ -48,13 +46,12 @@ class ClosuresPanel:
         state = (closures, quality, session.closure_page, selected)
         if state == self._drawn:
             return
-        self._drawn, self._page = state, session.closure_page
-        listed = chosen(closures, self._page.which)
-        self._pages = pages(len(listed))
+        self._drawn, page = state, session.closure_page
+        more = pages(len(chosen(closures, page.which))) > 1
         self._folder.label = label(closures)
-        self._which.value = self._page.which.value
-        self._text.content = table.block(*shown(closures, quality.moves if quality else None, self._page, selected))
-        self._turn.visible = self._pages > 1
+        self._which.value = page.which.value
+        listed = shown(closures, quality.moves if quality else None, page, selected)
+        self._text.content = table.block(*listed, *([action_row(session, WAYS)] if more else []))
 
 
 def label(closures: Sequence[LoopClosure]) -> str:

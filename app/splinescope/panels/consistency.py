@@ -8,10 +8,10 @@ from bspline_slam.lab.innovations import MOST_SCANS
 from bspline_slam.lab.scan_test import ScanTest
 from splinescope import table
 from splinescope.activity import Work
-from splinescope.commands import Seek
 from splinescope.palette import theme
-from splinescope.panels.panel import Post, on_press
-from splinescope.pictures.consistency import in_words, next_outside, scan_test_picture
+from splinescope.panels.action_row import action_row
+from splinescope.panels.panel import Post
+from splinescope.pictures.consistency import in_words, scan_test_picture
 from splinescope.session import Session
 
 INTRODUCTION = (
@@ -33,17 +33,13 @@ NIS = (
 class TestView:
     """One test: its picture, the share inside in words, and the way to its scans."""
 
-    def __init__(self, gui: viser.GuiApi, post: Post, title: str, name: str, explanation: str) -> None:
+    def __init__(self, gui: viser.GuiApi, title: str, name: str, explanation: str) -> None:
         self._name, self._explanation = name, explanation
-        self._worst = self._next = 0
+        self._ways = {"Worst scan": f"{name.lower()}-worst", "Next above the band": f"{name.lower()}-next"}
         self._drawn: tuple[ScanTest, int, bool] | None = None
         self._folder = gui.add_folder(title)
         with self._folder:
             self._text = gui.add_html("")
-            self._go_worst = gui.add_button("Go to the worst scan")
-            self._go_next = gui.add_button("Go to the next scan above the band", color="gray")
-        on_press(self._go_worst, lambda: post(Seek(self._worst)))
-        on_press(self._go_next, lambda: post(Seek(self._next)))
 
     def refresh(self, test: ScanTest | None, session: Session) -> None:
         """Show the test; nothing of it where there is none."""
@@ -53,10 +49,8 @@ class TestView:
         self._drawn = (test, session.cursor, session.preferences.dark)
         drawn = scan_test_picture(test, session.cursor, self._name, theme(session.preferences.dark))
         said = table.paragraph(f"{self._name}: {in_words(test)} Mean {test.normalised.mean():.2f}.")
-        self._text.content = table.block(drawn, said, table.paragraph(self._explanation, "dim"))
-        after = next_outside(test, session.cursor)
-        self._worst, self._next = test.worst or 0, after or 0
-        self._go_next.visible = after is not None
+        ways = action_row(session, self._ways)
+        self._text.content = table.block(drawn, said, ways, table.paragraph(self._explanation, "dim"))
 
 
 class ConsistencyPanel:
@@ -65,8 +59,8 @@ class ConsistencyPanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         with gui.add_folder("Consistency", expand_by_default=False):
             self._text = gui.add_html("")
-            self._nees = TestView(gui, post, "Error against the truth (NEES)", "NEES", NEES)
-            self._nis = TestView(gui, post, "Surprise of each scan (NIS)", "NIS", NIS)
+            self._nees = TestView(gui, "Error against the truth (NEES)", "NEES", NEES)
+            self._nis = TestView(gui, "Surprise of each scan (NIS)", "NIS", NIS)
 
     def refresh(self, session: Session) -> None:
         tests = session.findings.consistency

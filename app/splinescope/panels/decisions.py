@@ -15,12 +15,14 @@ from splinescope.view import ScanView
 
 ROW = "segment"
 """Name of a row in what the page tells of clicks."""
-WAYS: Buttons = {
-    "Next segment": "next-segment",
-    "Before": "previous-segment",
-    "Its spline": "spline-of-segment",
-    "All": "all-pieces",
-    "Next key scan": "next-key",
+WAYS: dict[str, Buttons] = {
+    "Segment": {
+        "Next": "next-segment",
+        "Before": "previous-segment",
+        "All": "all-pieces",
+        "Its spline": "spline-of-segment",
+    },
+    "Key scan": {"Next": "next-key", "Before": "previous-key"},
 }
 HEADERS = ("Seg", "Beams", "Spline", "Verdict", "RMS / gate", "Runner-up")
 GLYPHS = {Glyph.CIRCLE: "○", Glyph.CHEVRONS: "»", Glyph.PLUS: "+", Glyph.CROSS: "✕", Glyph.BAR: "–"}
@@ -35,8 +37,8 @@ class DecisionsPanel:
     def refresh(self, session: Session) -> None:
         chosen = session.selection
         segment = chosen.id if chosen is not None and chosen.kind == "segment" else None
-        buttons = action_row(session, WAYS)
-        self._text.content = table.block(buttons, *decisions(session.scan_view, segment))
+        rows = (action_row(session, buttons, label=label) for label, buttons in WAYS.items())
+        self._text.content = table.block(*rows, *decisions(session.scan_view, segment))
 
 
 def decisions(scan: ScanView | None, segment: int | None) -> list[str]:

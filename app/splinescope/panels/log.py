@@ -12,25 +12,23 @@ from bspline_slam.scan import ScanLog
 from splinescope import table
 from splinescope.activity import duration
 from splinescope.commands import OpenLog
-from splinescope.panels.panel import Post, on_press
-from splinescope.paths import sample_logs
+from splinescope.panels.action_row import Buttons, action_row
+from splinescope.panels.panel import Post
 from splinescope.session import Session
+
+WAYS: Buttons = {"By its path …": "open-log", "The sample": "open-sample"}
 
 
 class LogPanel:
-    """Figures and notes of the open log; samples, path and upload for the next."""
+    """Figures and notes of the open log; path, samples and upload for the next."""
 
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._post = post
         self._shown: ScanLog | None = None
         self._uploads = tempfile.TemporaryDirectory(prefix="splinescope-")
-        self._samples = sample_logs()
         self._about = gui.add_html("")
         with gui.add_folder("Open another log"):
-            self._sample = gui.add_dropdown("Sample", tuple(self._samples) or ("none installed",))
-            on_press(gui.add_button("Open the sample", disabled=not self._samples), self._open_sample)
-            self._path = gui.add_text("Path", "", hint="A file or folder on the computer that runs SplineScope")
-            on_press(gui.add_button("Open the path"), self._open_path)
+            self._ways = gui.add_html("")
             self._upload = gui.add_upload_button("Upload a file…", icon=viser.Icon.UPLOAD)
             gui.add_html(table.block(table.paragraph(FORMATS, "dim")))
 
@@ -45,14 +43,7 @@ class LogPanel:
         elif session.log is not self._shown:
             self._about.content = table.block(*about(session.log))
         self._shown = session.log
-
-    def _open_sample(self) -> None:
-        self._post(OpenLog(self._samples[self._sample.value]))
-
-    def _open_path(self) -> None:
-        text = self._path.value.strip()
-        if text:
-            self._post(OpenLog(Path(text).expanduser()))
+        self._ways.content = table.block(action_row(session, WAYS))
 
     def _open_upload(self) -> None:
         file = self._upload.value

@@ -27,8 +27,10 @@ TEXTS = """
 .ss .drawing{display:block;width:100%;margin:4px 0}
 .ss .keys{font-size:11px;line-height:1.3}
 .ss .keys td{padding:0 4px;border:0}
-.ss .acts{display:flex;flex-wrap:wrap;align-items:center;gap:4px;margin:5px 0 6px}
-.ss .acts>span{width:50px;opacity:.72}
+.ss .acts{margin:6px 0}
+.ss .acts:has(>span){display:grid;grid-template-columns:54px 1fr;align-items:baseline}
+.ss .acts>span{opacity:.72}
+.ss .acts>div{display:flex;flex-wrap:wrap;gap:4px}
 .ss .act{all:unset;box-sizing:border-box;padding:2px 8px;border:1px solid #3c8fc4;border-radius:5px;cursor:pointer}
 .ss .act:hover{background:#0072b244}
 .ss .act:focus-visible{outline:2px solid #e69f00}

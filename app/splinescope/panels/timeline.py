@@ -5,9 +5,17 @@ from __future__ import annotations
 import viser
 
 from splinescope import table
-from splinescope.commands import FollowProcessing, SeekTime
-from splinescope.panels.panel import Post, on_change, on_press
+from splinescope.commands import FollowProcessing
+from splinescope.panels.action_row import Buttons, action_row
+from splinescope.panels.panel import Post, on_change
 from splinescope.session import Session
+
+WAYS: Buttons = {
+    "Go to a scan": "go-to-scan",
+    "To a second": "go-to-second",
+    "First": "first-scan",
+    "Last": "last-scan",
+}
 
 
 class TimelinePanel:
@@ -16,13 +24,11 @@ class TimelinePanel:
     def __init__(self, gui: viser.GuiApi, post: Post) -> None:
         self._follow = gui.add_checkbox("Show the newest processed scan", initial_value=True)
         on_change(self._follow, lambda: post(FollowProcessing(self._follow.value)))
-        self._seconds = gui.add_number("Second of the log", 0.0, min=0.0, step=0.1)
-        on_press(gui.add_button("Jump to this second"), lambda: post(SeekTime(float(self._seconds.value))))
         self._text = gui.add_html("")
 
     def refresh(self, session: Session) -> None:
         self._follow.value = session.following
-        self._text.content = table.block(table.pairs(figures(session)))
+        self._text.content = table.block(action_row(session, WAYS), table.pairs(figures(session)))
 
 
 def figures(session: Session) -> list[tuple[str, str]]:
@@ -34,7 +40,7 @@ def figures(session: Session) -> list[tuple[str, str]]:
     hits, beams = int(scan.scan.valid.sum()), len(scan.scan.ranges)
     x, y, _ = scan.pose
     return [
-        ("scan", f"{scan.scan.index:,} of 0 … {len(session.log) - 1:,}"),
+        ("scan", f"{scan.scan.index:,} / {len(session.log) - 1:,}"),
         ("second of the log", f"{seconds:.2f}"),
         ("stamp in the file", f"{scan.scan.stamp:.3f}"),
         ("robot at", f"{x:.2f}, {y:.2f} m"),

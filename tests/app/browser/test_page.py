@@ -266,12 +266,31 @@ def test_every_key_asks_for_its_action_and_moves_nothing(page: Page, open_window
     window = open_window(page.url)
     before = window.settled()
     table = [(action, key) for action in ACTIONS.values() for key in action.keys]
-    told = [(action, key) for action, key in table if action.does is not PageRequest.SCRIPT]
+    told = [(action, key) for action, key in table if action.does not in (PageRequest.SCRIPT, PageRequest.ASK)]
     for _, key in told:
         window.page.keyboard.press(PLAYWRIGHT_NAMES.get(key, key.replace("Ctrl", "Control")))
     until(lambda: len(asked) >= len(told), "the actions")
     assert asked == [action.id for action, _ in told]
     assert window.settled() == before
+
+
+def test_a_question_is_asked_and_its_answer_told(page: Page, open_window: Opener) -> None:
+    answers: list[tuple[str, str]] = []
+    page.on_answer(lambda action, text: answers.append((action, text)))
+    window = open_window(page.url)
+    question = window.page.get_by_role("dialog")
+    window.page.keyboard.press("G")
+    expect(question).to_contain_text("Seconds since the first scan")
+    window.page.keyboard.press("Escape")
+    expect(question).to_have_count(0)
+    window.page.keyboard.press("G")
+    window.page.keyboard.type("42.5")
+    window.page.keyboard.press("Enter")
+    expect(question).to_have_count(0)
+    window.page.keyboard.press("O")
+    question.get_by_role("button", name="office.log.gz").click()
+    until(lambda: len(answers) == 2, "both answers")
+    assert answers == [("go-to-second", "42.5"), ("open-log", "office.log.gz")]
 
 
 def test_keys_do_nothing_on_the_map_while_a_person_types(page: Page, open_window: Opener) -> None:
