@@ -300,7 +300,17 @@ def adjust_splines(
     return splines, replace(estimate, iterations=tuple(records))
 
 
-def foreseen_poses(
+@dataclass(frozen=True, eq=False, slots=True)
+class Foreseen:
+    """A rough estimate, with the map and the sights that its graph was made of, and the gate of their feet (m)."""
+
+    estimate: Estimate
+    splines: SplineMap
+    sights: Sights
+    gate: float
+
+
+def foreseen(
     keys: Sequence[KeyObservations],
     poses: Float[np.ndarray, "n 3"],
     splines: SplineMap,
@@ -309,12 +319,13 @@ def foreseen_poses(
     model: Model,
     name: str,
     cancelled: Cancelling = never,
-) -> Float[np.ndarray, "n 3"]:
-    """About where `adjust_splines` is going to put the poses: its first round, solved roughly. Raises Cancelled."""
+) -> Foreseen:
+    """About where `adjust_splines` is going to put poses and curves: its first round, solved roughly. Raises
+    Cancelled."""
     sights, gate = collect_sights(keys, splines), config.gates[0]
     splines, sights = _trimmed(splines, sights, poses, gate, config, model)
     graph = _with_fitted_curves(build_graph(keys, poses, splines, factors, sights, config, model, gate))
-    return _on_the_way(name).solve(graph, cancelled=cancelled).poses
+    return Foreseen(_on_the_way(name).solve(graph, cancelled=cancelled), splines, sights, gate)
 
 
 def _trimmed(

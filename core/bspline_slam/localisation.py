@@ -60,17 +60,19 @@ def place_on_curves(
     config: LocalisationConfig,
     matching: MatchingConfig,
     segmentation: SegmentationConfig,
+    correct: Callable[[LaserScan], LaserScan],
     progress: Callable[[float], None],
     cancelled: Cancelling = never,
 ) -> Float[np.ndarray, "scans 3"]:
-    """Poses of all scans with those that are no key scans refined point-to-curve. Raises Cancelled."""
+    """Poses of all scans with those that are no key scans refined point-to-curve, `correct`ed before. Raises
+    Cancelled."""
     if len(splines) == 0:
         return poses
     curves = curve_target(splines, config.spacing)
     placed = poses.copy()
     between = np.setdiff1d(np.arange(len(poses)), key_scans)
     elsewhere = surprising(log.records, poses, key_scans, config.surprise)
-    put = _Placing(curves, poses, elsewhere, config, matching, segmentation)
+    put = _Placing(curves, poses, elsewhere, config, matching, segmentation, correct)
     with ThreadPoolExecutor(THREADS, "placing") as pool:
         begun: deque[Future[dict[int, Float[np.ndarray, "3"]]]] = deque()
         for first in range(0, len(between), TOGETHER):
@@ -94,6 +96,7 @@ class _Placing:
     config: LocalisationConfig
     matching: MatchingConfig
     segmentation: SegmentationConfig
+    correct: Callable[[LaserScan], LaserScan]
 
     def all(self, scans: Sequence[LaserScan]) -> dict[int, Float[np.ndarray, "3"]]:
         """Where each scan lies, for the most part without the lock of the interpreter."""
@@ -101,7 +104,7 @@ class _Placing:
 
     def one(self, scan: LaserScan) -> Float[np.ndarray, "3"]:
         """The better of the places that it is refined to; where it began, if too little of it lies on curves there."""
-        start, least = self.poses[scan.index], self.config.least_inliers
+        scan, start, least = self.correct(scan), self.poses[scan.index], self.config.least_inliers
         pose, inliers = self.refined(scan, start)
         if scan.index in self.elsewhere:
             told = self.elsewhere[scan.index]

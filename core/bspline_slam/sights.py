@@ -32,13 +32,14 @@ class KeyObservations:
 class Sights:
     """Every beam that an association gives to a spline, sorted by spline and then by piece.
 
-    `pose` and `spline` are positions among the key scans and in the map; `piece` numbers the associations. Points,
-    directions (robot frame) and ranges are per beam.
+    `pose` and `spline` are positions among the key scans and in the map; `piece` numbers the associations and `beam` is
+    the number of a beam in its scan. Points, directions (robot frame) and ranges are per beam.
     """
 
     spline: Int[np.ndarray, "m"]
     pose: Int[np.ndarray, "m"]
     piece: Int[np.ndarray, "m"]
+    beam: Int[np.ndarray, "m"]
     points: Float[np.ndarray, "m 2"]
     directions: Float[np.ndarray, "m 2"]
     ranges: Float[np.ndarray, "m"]
@@ -47,7 +48,7 @@ class Sights:
 def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sights:
     """The beams of all associations whose spline is in the map."""
     place = {spline.id: k for k, spline in enumerate(splines)}
-    rows: list[tuple[int, int, Float[np.ndarray, "m 2"], Float[np.ndarray, "2"]]] = []
+    rows: list[tuple[int, int, Float[np.ndarray, "m 2"], Float[np.ndarray, "2"], Int[np.ndarray, "m"]]] = []
     for pose, key in enumerate(keys):
         by_index = {segment.index: segment for segment in key.segments}
         for association in key.associations:
@@ -55,19 +56,20 @@ def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sight
                 continue
             segment = by_index[association.segment]
             inside = (segment.beams >= association.first) & (segment.beams <= association.last)
-            rows.append((place[association.spline], pose, segment.points[inside], key.sensor))
+            rows.append((place[association.spline], pose, segment.points[inside], key.sensor, segment.beams[inside]))
     rows.sort(key=lambda row: row[0])
     if not rows:
         empty = np.zeros(0, dtype=np.int64)
-        return Sights(empty, empty, empty, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    counts = [len(points) for _, _, points, _ in rows]
-    points = np.concatenate([points for _, _, points, _ in rows])
-    rays = points - np.repeat(np.array([sensor for *_, sensor in rows]), counts, axis=0)
+        return Sights(empty, empty, empty, empty, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    counts = [len(points) for _, _, points, *_ in rows]
+    points = np.concatenate([points for _, _, points, *_ in rows])
+    rays = points - np.repeat(np.array([sensor for *_, sensor, _ in rows]), counts, axis=0)
     ranges = np.linalg.norm(rays, axis=1)
     return Sights(
         np.repeat([spline for spline, *_ in rows], counts),
         np.repeat([pose for _, pose, *_ in rows], counts),
         np.repeat(np.arange(len(rows)), counts),
+        np.concatenate([beams for *_, beams in rows]),
         points,
         rays / np.maximum(ranges, 1e-9)[:, None],
         ranges,
@@ -83,6 +85,7 @@ def renumbered(sights: Sights, before: SplineMap, after: SplineMap) -> Sights:
         moved[kept],
         sights.pose[kept],
         sights.piece[kept],
+        sights.beam[kept],
         sights.points[kept],
         sights.directions[kept],
         sights.ranges[kept],

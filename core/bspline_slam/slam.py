@@ -10,13 +10,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, foreseen_poses
+from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, foreseen
 from bspline_slam.association import Association, AssociationConfig
 from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
 from bspline_slam.errors import Cancelled, ConfigError, LogError, SolverError
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.graph import Graph, PoseFactor, PosePrior
+from bspline_slam.laser_calibration import LaserCalibration, laser_calibration
+from bspline_slam.laser_correction import LaserCorrection
 from bspline_slam.localisation import LocalisationConfig, place_on_curves
 from bspline_slam.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
 from bspline_slam.mapping import MapBuilder
@@ -32,6 +34,7 @@ from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_s
 from bspline_slam.sights import KeyObservations
 from bspline_slam.spline_map import SplineMap
 from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
+from bspline_slam.velocities import velocities
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +105,7 @@ class Snapshot:
 
     `poses[i]` is the pose of scan i (world frame); `steps` holds the latest SlamStep of each *key* scan, with poses
     as estimated now, and `observations` the same as the adjustment reads them. `pose_factors` tie key scans by
-    odometry, matching and loop closures.
+    odometry, matching and loop closures. `laser` is what the segments of a finished estimate are corrected by.
     """
 
     poses: Float[np.ndarray, "scans 3"]
@@ -113,6 +116,7 @@ class Snapshot:
     estimate: Estimate | None = None
     observations: tuple[KeyObservations, ...] = ()
     pose_factors: tuple[PoseFactor, ...] = ()
+    laser: LaserCalibration = LaserCalibration()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,6 +157,7 @@ class Slam:
     _observations: list[KeyObservations] = field(default_factory=list)
     _estimate: Estimate | None = None
     _solved_with: int = 0
+    _laser: LaserCalibration = LaserCalibration()
 
     def __post_init__(self) -> None:
         c = self.config
@@ -207,7 +212,7 @@ class Slam:
         self._relax()
         if self._closer.reject_contradicted(np.array(self._tracker.key_poses)):
             self._relax()
-        self._tracker.move(self._foreseen(cancelled))
+        correction = self._correct(cancelled)
         self._rebuild()
         splines, estimate = self._adjusted(progress, cancelled)
         if self._closer.reject_contradicted(estimate.poses):
@@ -218,7 +223,7 @@ class Slam:
         c = self.config
         poses = place_on_curves(
             self.log, snapshot.poses, snapshot.key_scans, splines, c.localisation, c.matching, c.segmentation,
-            lambda fraction: progress("scans between", fraction, None), cancelled,
+            correction.scan, lambda fraction: progress("scans between", fraction, None), cancelled,
         )  # fmt: skip
         return replace(snapshot, poses=poses)
 
@@ -324,13 +329,29 @@ class Slam:
             self._steps[k] = replace(step, associations=associations, pose=pose)
             self._observations[k] = replace(self._observations[k], associations=associations)
 
-    def _foreseen(self, cancelled: Cancelling) -> Float[np.ndarray, "n 3"]:
-        """About where the adjustment is going to put the key scans."""
+    def _correct(self, cancelled: Cancelling) -> LaserCorrection:
+        """Put key scans about where the adjustment is going to put them, and correct their beams by what of their
+        errors is the laser's."""
         c = self.config
-        return foreseen_poses(
+        told = foreseen(
             self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
             c.adjustment, self._model, c.back_end, cancelled,
         )  # fmt: skip
+        self._tracker.move(told.estimate.poses)
+        beams, velocity = len(self.log[0].ranges), velocities(self.log.records, self._tracker.poses)
+        if not self._model.measures_along:
+            keys = velocity[told.estimate.graph.key_scans]
+            self._laser = laser_calibration(told, c.adjustment.outlier, self._model.fitting, beams, keys)
+        correction = LaserCorrection(self._laser, velocity, beams)
+        self._steps = [
+            replace(step, segments=correction.segments(step.segments, key.sensor))
+            for step, key in zip(self._steps, self._observations, strict=True)
+        ]
+        self._observations = [
+            replace(key, segments=step.segments)
+            for step, key in zip(self._steps, self._observations, strict=True)
+        ]
+        return correction
 
     def _adjusted(self, progress: StageProgress, cancelled: Cancelling) -> tuple[SplineMap, Estimate]:
         c = self.config
@@ -371,6 +392,7 @@ class Slam:
             estimate=self._estimate,
             observations=observations,
             pose_factors=self._pose_factors(),
+            laser=self._laser,
         )
 
 

@@ -48,4 +48,5 @@ def nearest_sights(beams: WallBeams, splines: SplineMap) -> Sights:
     order = order[curve[order] >= 0]
     curve, pose = curve[order], beams.pose[order]
     piece = np.cumsum((np.diff(curve, prepend=-1) != 0) | (np.diff(pose, prepend=-1) != 0)) - 1
-    return Sights(curve, pose, piece, beams.points[order], beams.directions[order], beams.ranges[order])
+    columns = (beams.beam[order], beams.points[order], beams.directions[order], beams.ranges[order])
+    return Sights(curve, pose, piece, *columns)

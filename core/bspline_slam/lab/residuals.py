@@ -53,7 +53,8 @@ class BeamResiduals:
         near = np.flatnonzero(distance < CRISP)
         order = near[np.argsort(owner[near], kind="stable")]
         pose, directions, ranges = beams.pose[order], beams.directions[order], beams.ranges[order]
-        sights = Sights(owner[order], pose, np.zeros(len(order), np.int64), beams.points[order], directions, ranges)
+        piece, points = np.zeros(len(order), np.int64), beams.points[order]
+        sights = Sights(owner[order], pose, piece, beams.beam[order], points, directions, ranges)
         feet = find_feet(sights, splines, beams.poses, CRISP)
         normals = se2.rotate(-beams.poses[pose], feet.normals)
         sigma = across_sigma(normals, directions, ranges, fitting)

@@ -9,10 +9,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
+from bspline_slam.laser_calibration import LaserCalibration
+from bspline_slam.laser_correction import LaserCorrection
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import SegmentationConfig, segment_scan
 from bspline_slam.sights import KeyObservations
 from bspline_slam.tracking import TrackingConfig
+from bspline_slam.velocities import velocities
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,21 +41,18 @@ class WallBeams:
         scan_poses: Float[np.ndarray, "scans 3"],
         tracking: TrackingConfig,
         segmentation: SegmentationConfig,
+        laser: LaserCalibration = LaserCalibration(),
     ) -> WallBeams:
-        """The scans that lie as far apart as key scans do, and what segmentation makes of them."""
+        """The scans that lie as far apart as key scans do, and what segmentation makes of them, corrected by the
+        calibration of the laser."""
         chosen = scans_apart(scan_poses, tracking)
-        pose, beam, points, directions = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros((0, 2))], [np.zeros((0, 2))]
-        ranges = [np.zeros(0)]
-        for place, index in enumerate(chosen):
-            scan = log[int(index)]
-            for segment in segment_scan(scan, segmentation):
-                pose.append(np.full(len(segment.beams), place))
-                beam.append(segment.beams)
-                points.append(segment.points)
-                directions.append(scan.directions_robot[segment.beams])
-                ranges.append(scan.ranges[segment.beams])
-        columns = (np.concatenate(each) for each in (pose, beam, points, directions, ranges))
-        return cls(chosen, scan_poses[chosen], *columns)
+        correction = LaserCorrection(laser, velocities(log.records, scan_poses), len(log[0].ranges))
+        keys = []
+        for scan in (log[index] for index in chosen.tolist()):
+            sensor = scan.pose_robot_sensor[:2]
+            segments = correction.segments(segment_scan(scan, segmentation), sensor)
+            keys.append(KeyObservations(scan.index, segments, (), int(np.count_nonzero(scan.valid)), sensor))
+        return cls.from_key_scans(keys, scan_poses[chosen])
 
     @classmethod
     def from_key_scans(cls, keys: Sequence[KeyObservations], poses: Float[np.ndarray, "n 3"]) -> WallBeams:
