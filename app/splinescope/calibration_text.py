@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bspline_slam.calibration import OdometryBias
+from bspline_slam.laser_calibration import LaserCalibration
 from splinescope.lost_scans import listed
 from splinescope.quality import LaserNoise
 
@@ -27,9 +28,10 @@ class Finding(NamedTuple):
     sentence: str
 
 
-def laser_findings(noise: LaserNoise, chi2_per_dof: float | None) -> list[Finding]:
-    """Range noise and the fit of the whole."""
-    return [_range_noise(noise), *([_spread(noise.spread)] if noise.spread is not None else []), _fit(chi2_per_dof)]
+def laser_findings(noise: LaserNoise, chi2_per_dof: float | None, calibration: LaserCalibration) -> list[Finding]:
+    """What beams were corrected by, the noise of ranges, and the fit of the whole."""
+    spread = [_spread(noise.spread)] if noise.spread is not None else []
+    return [*_corrections(calibration), _range_noise(noise), *spread, _fit(chi2_per_dof)]
 
 
 def odometry_findings(bias: OdometryBias | None, has_odometry: bool, unfit: Sequence[int] = ()) -> list[Finding]:
@@ -57,6 +59,27 @@ def unfit_in_words(unfit: Sequence[int]) -> str:
         f"Odometry does not tell of the motion that the scans show: at {count} it was not believed, and beams alone "
         f"said where the robot is ({listed(unfit)})."
     )
+
+
+def _corrections(told: LaserCalibration) -> list[Finding]:
+    """Those that the log tells for sure; one sentence where it tells none."""
+    found = []
+    if told.sweep:
+        ends = ("right", "left") if told.sweep > 0.0 else ("left", "right")
+        sentence = f"From its {ends[0]}most beam to its {ends[1]}most a sweep takes so long, while the robot goes on."
+        found.append(Finding("sweep", _ms(abs(told.sweep), told.sweep_sigma), sentence))
+    if told.interlace:
+        which = ("odd", "even") if told.interlace > 0.0 else ("even", "odd")
+        sentence = f"Beams of {which[0]} number are taken so much later than those of {which[1]} number."
+        found.append(Finding("interlace", _ms(abs(told.interlace), told.interlace_sigma), sentence))
+    if told.offset:
+        value = f"{_mm(abs(told.offset))} ± {_mm(told.offset_sigma)}"
+        how = "long" if told.offset > 0.0 else "short"
+        found.append(
+            Finding("range bias", value, f"All ranges were so much too {how}; the map is made of corrected ones.")
+        )
+    none = "Neither a bias of ranges nor the time that a sweep takes shows in this log."
+    return found or [Finding("", "", none)]
 
 
 def _range_noise(noise: LaserNoise) -> Finding:
@@ -121,6 +144,10 @@ def _lag(lag: float) -> Finding:
         return Finding("lag", "none", "Odometry is in step with the laser, or nothing tells otherwise.")
     where = "behind" if lag > 0.0 else "ahead of"
     return Finding("lag", f"{lag:.2f} records", f"Odometry is {where} the scan it is recorded with.")
+
+
+def _ms(seconds: float, sigma: float) -> str:
+    return f"{1000 * seconds:.1f} ± {1000 * sigma:.1f} ms"
 
 
 def _mm(metres: float) -> str:

@@ -11,6 +11,7 @@ from bspline_slam.calibration import OdometryBias, odometry_bias
 from bspline_slam.lab.crispness import CRISP, Crispness
 from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.stretches import Stretches
+from bspline_slam.laser_calibration import LaserCalibration
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
 from splinescope.closures import moves
@@ -37,7 +38,8 @@ class LaserNoise:
 @dataclass(frozen=True, eq=False, slots=True)
 class Quality:
     """How near beams end to the map; `histogram` counts the residuals between EDGES, `stretches` tell them along the
-    curves, `moves` how far (m, rad) each loop closure is from the map. `odometry` and `chi2_per_dof` are None where
+    curves, `moves` how far (m, rad) each loop closure is from the map, `calibration` what beams were corrected by.
+    `odometry` and `chi2_per_dof` are None where
     nothing tells them."""
 
     crispness: Crispness
@@ -45,6 +47,7 @@ class Quality:
     stretches: Stretches
     moves: Float[np.ndarray, "closures 2"]
     laser: LaserNoise
+    calibration: LaserCalibration
     odometry: OdometryBias | None
     chi2_per_dof: float | None
 
@@ -58,6 +61,7 @@ def quality_of(log: ScanLog, snapshot: Snapshot, config: SlamConfig) -> Quality:
         stretches=Stretches.of(snapshot.map, residuals),
         moves=moves(snapshot.loop_closures, snapshot.key_scans, snapshot.poses[snapshot.key_scans]),
         laser=LaserNoise.of(residuals, config),
+        calibration=snapshot.laser,
         odometry=odometry_bias(log.records, snapshot.poses),
         chi2_per_dof=None if estimate is None or estimate.dof <= 0 else float(estimate.chi2 / estimate.dof),
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -24,8 +25,11 @@ SURE = 5.0
 @dataclass(frozen=True, slots=True)
 class LaserCalibration:
     """The first beam of a sweep is taken `sweep` seconds before the last (negative: after it), beams of odd number
-    `interlace` seconds after those of even number, and ranges are too long by `offset` (m); each is 0 where the log does
-    not tell it for sure. With the standard deviations that key scans with errors of their own leave."""
+    `interlace` seconds after those of even number, and ranges are too long by `offset` (m).
+
+    Each is 0 where the log does not tell it for sure; with the standard deviations that key scans with errors of their
+    own leave.
+    """
 
     sweep: float = 0.0
     interlace: float = 0.0
@@ -33,6 +37,15 @@ class LaserCalibration:
     sweep_sigma: float = np.inf
     interlace_sigma: float = np.inf
     offset_sigma: float = np.inf
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, float | None]) -> LaserCalibration:
+        """From what `to_dict` made."""
+        return cls(**{name: np.inf if value is None else float(value) for name, value in data.items()})
+
+    def to_dict(self) -> dict[str, float | None]:
+        """Plain data; a standard deviation that nothing tells is None."""
+        return {name: None if np.isinf(value) else round(value, 6) for name, value in asdict(self).items()}
 
     @property
     def figures(self) -> tuple[float, float, float]:
@@ -65,8 +78,8 @@ def laser_calibration(
     """Least squares together with all unknowns of the graph, one step of Gauss-Newton from an estimate.
 
     Beams more than `outlier` standard deviations off count as noisier; `velocities` are those of the key scans, and
-    `beams` is how many a scan has. Standard deviations are from the scatter of what key scans say, for the beams of one
-    share errors that the noise of single beams does not tell.
+    `beams` is how many a scan has. Standard deviations are from the scatter of what is left over, key scan by key scan,
+    for the beams of one share errors that the noise of single beams does not tell.
     """
     rows = _Rows.of(foreseen, outlier, fitting)
     columns = rows.columns(foreseen.sights.beam, beams, velocities)
@@ -74,10 +87,11 @@ def laser_calibration(
     through = np.stack([rows.gathered(rows.weight * column) for column in columns.T], -1)
     follows = factor.solve(np.column_stack([through, gradient]))
     alone = columns - np.stack([rows.spread(column) for column in follows[:, :3].T], -1)
-    scores = alone * (rows.weight * rows.error)[:, None]
-    scatter = np.stack([np.bincount(rows.pose, score, len(velocities)) for score in scores.T], -1)
     normal = columns.T @ (rows.weight[:, None] * alone)
     moment = through.T @ follows[:, 3] - columns.T @ (rows.weight * rows.error)
+    left = rows.error - rows.spread(follows[:, 3]) + alone @ (np.linalg.pinv(normal) @ moment)
+    scores = alone * (rows.weight * left)[:, None]
+    scatter = np.stack([np.bincount(rows.pose, score, len(velocities)) for score in scores.T], -1)
     return _sure(normal, moment, scatter.T @ scatter)
 
 

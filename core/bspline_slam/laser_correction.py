@@ -27,22 +27,22 @@ class LaserCorrection:
         """A scan with ranges and bearings corrected; bearings increase, so beams may have changed places."""
         if not self.calibration.tells:
             return scan
+        x, y, heading = scan.pose_robot_sensor.tolist()
         ranges, bearings = kernels.scan_at_rest(
-            scan.ranges, scan.bearings, scan.range_min, scan.range_max, *scan.pose_robot_sensor.tolist(),
+            scan.ranges, scan.bearings, scan.range_min, scan.range_max, x, y, heading,
             self.calibration.figures, self.velocities[scan.index],
         )  # fmt: skip
         return replace(scan, ranges=ranges, bearings=bearings)
 
-    def segments(
-        self, segments: Iterable[ScanSegment], sensor: Float[np.ndarray, "2"]
-    ) -> tuple[ScanSegment, ...]:
+    def segments(self, segments: Iterable[ScanSegment], sensor: Float[np.ndarray, "2"]) -> tuple[ScanSegment, ...]:
         """Segments with their points corrected; `sensor` is where in the robot frame it sits."""
         if not self.calibration.tells:
             return tuple(segments)
         return tuple(replace(segment, points=self._points(segment, sensor)) for segment in segments)
 
     def _points(self, segment: ScanSegment, sensor: Float[np.ndarray, "2"]) -> Float[np.ndarray, "m 2"]:
+        x, y = sensor.tolist()
         return kernels.points_at_rest(
-            segment.points, segment.beams, self.beams, *sensor.tolist(), self.calibration.figures,
+            segment.points, segment.beams, self.beams, x, y, self.calibration.figures,
             self.velocities[segment.scan],
         )  # fmt: skip

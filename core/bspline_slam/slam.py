@@ -348,8 +348,7 @@ class Slam:
             for step, key in zip(self._steps, self._observations, strict=True)
         ]
         self._observations = [
-            replace(key, segments=step.segments)
-            for step, key in zip(self._steps, self._observations, strict=True)
+            replace(key, segments=step.segments) for step, key in zip(self._steps, self._observations, strict=True)
         ]
         return correction
 

@@ -12,11 +12,13 @@ from bspline_slam.scan import Records
 
 BURST = 10
 """Records come in bursts: the time between neighbours is the mean over so many of them on both sides."""
+USUAL, JUMP = 95.0, 5.0
+"""What is faster than this percentile of all velocities by such a factor is a jump of the estimate, and no motion."""
 
 
 def velocities(records: Records, scan_poses: Float[np.ndarray, "scans 3"]) -> Float[np.ndarray, "scans 3"]:
     """Velocity (m/s, m/s, rad/s) at each of the first scans, in the frame of its robot: central differences over the
-    neighbouring records."""
+    neighbouring records. Where the estimate jumps, the robot stands still."""
     places, odometry = scan_records(records, len(scan_poses)), filtered_odometry(records, scan_poses)
     if len(places) < 2:
         return np.zeros((len(scan_poses), 3))
@@ -31,7 +33,9 @@ def _central(poses: Float[np.ndarray, "n 3"], periods: Float[np.ndarray, "n"]) -
     before, after = np.maximum(index - 1, 0), np.minimum(index + 1, len(poses) - 1)
     moved = se2.rotate(-poses, poses[after, :2] - poses[before, :2])
     turned = se2.wrap(poses[after, 2] - poses[before, 2])
-    return np.column_stack([moved, turned]) / (periods * (after - before))[:, None]
+    velocity = np.column_stack([moved, turned]) / np.maximum(periods * (after - before), 1e-9)[:, None]
+    size = np.column_stack([np.hypot(velocity[:, 0], velocity[:, 1]), np.abs(velocity[:, 2])])
+    return np.where((size > JUMP * np.percentile(size, USUAL, axis=0)).any(1, keepdims=True), 0.0, velocity)
 
 
 def _periods(times: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from bspline_slam.calibration import OdometryBias
+from bspline_slam.laser_calibration import LaserCalibration
 from splinescope.calibration_text import laser_findings, odometry_findings
 from splinescope.quality import LaserNoise
 
@@ -47,8 +48,8 @@ def test_what_is_not_known_is_said() -> None:
     assert "no odometry" in odometry_findings(None, False)[0].sentence
     assert "too little" in odometry_findings(None, True)[0].sentence
     assert "at 3 scans it was not believed" in odometry_findings(None, True, [4, 5, 6])[0].sentence
-    unknown = laser_findings(LaserNoise(0.012, None, None), None)
-    assert [finding.value for finding in unknown] == ["12.0 mm configured", "–"]
+    unknown = laser_findings(LaserNoise(0.012, None, None), None, LaserCalibration())
+    assert [finding.value for finding in unknown] == ["", "12.0 mm configured", "–"]
 
 
 def test_odometry_that_was_not_believed_comes_first() -> None:
@@ -60,10 +61,20 @@ def test_odometry_that_was_not_believed_comes_first() -> None:
 
 @pytest.mark.parametrize(("chi2", "said"), [(0.5, "careful side"), (1.0, "about as well"), (2.0, "claim too much")])
 def test_a_fit_is_judged(chi2: float, said: str) -> None:
-    assert said in laser_findings(LaserNoise(0.012, 0.009, 0.75), chi2)[-1].sentence
+    assert said in laser_findings(LaserNoise(0.012, 0.009, 0.75), chi2, LaserCalibration())[-1].sentence
 
 
 def test_estimate_and_assumption_stand_side_by_side() -> None:
-    noise, spread, _ = laser_findings(LaserNoise(0.012, 0.0091, 0.75), 1.0)
+    _, noise, spread, _ = laser_findings(LaserNoise(0.012, 0.0091, 0.75), 1.0, LaserCalibration())
     assert noise.value == "9.1 mm (configured 12.0 mm)"
     assert "less than the noise configured" in spread.sentence
+
+
+def test_what_beams_were_corrected_by_is_told() -> None:
+    told = LaserCalibration(0.0124, -0.0131, 0.0094, 0.001, 0.001, 0.0005)
+    found = {f.name: f for f in laser_findings(LaserNoise(0.012, None, None), None, told)}
+    assert found["sweep"].value == "12.4 ± 1.0 ms"
+    assert "rightmost beam to its leftmost" in found["sweep"].sentence
+    assert "even number are taken so much later" in found["interlace"].sentence
+    assert "9.4 mm ± 0.5 mm" in found["range bias"].value
+    assert "too long" in found["range bias"].sentence

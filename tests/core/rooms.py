@@ -32,7 +32,7 @@ LASER = np.array([0.1, 0.0, 0.0])
 
 
 def room_scan(
-    pose: Float[np.ndarray, "3"],
+    pose: Float[np.ndarray, "*beams 3"],
     rng: np.random.Generator,
     *,
     index: int = 0,
@@ -40,16 +40,16 @@ def room_scan(
     walls: Float[np.ndarray, "w 2 2"] = ROOM,
     beams: int = 361,
 ) -> LaserScan:
-    """What a laser with a field of view of 270° sees from a robot at `pose`."""
+    """What a laser with a field of view of 270° sees from a robot at `pose`, one or one for each beam."""
     bearings = np.linspace(-0.75 * np.pi, 0.75 * np.pi, beams)
     sensor = se2.compose(pose, LASER)
-    angle = sensor[2] + bearings
+    angle = sensor[..., 2] + bearings
     u = np.stack([np.cos(angle), np.sin(angle)], -1)
-    a, d = walls[:, 0] - sensor[:2], walls[:, 1] - walls[:, 0]
+    a, d = walls[:, 0] - sensor[..., None, :2], walls[:, 1] - walls[:, 0]
     cross = u[:, None, 0] * d[None, :, 1] - u[:, None, 1] * d[None, :, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        reach = (a[None, :, 0] * d[None, :, 1] - a[None, :, 1] * d[None, :, 0]) / cross
-        along = (a[None, :, 0] * u[:, None, 1] - a[None, :, 1] * u[:, None, 0]) / cross
+        reach = (a[..., 0] * d[:, 1] - a[..., 1] * d[:, 0]) / cross
+        along = (a[..., 0] * u[:, None, 1] - a[..., 1] * u[:, None, 0]) / cross
     reach = np.where((along >= 0) & (along <= 1) & (reach > 0), reach, np.inf).min(1)
     ranges = reach + noise * rng.normal(size=beams)
     return LaserScan(index, 0.1 * index, ranges, bearings, 0.05, 20.0, LASER)

@@ -26,7 +26,7 @@ def placed(poses: np.ndarray) -> np.ndarray:
     log, snapshot = finished()
     return place_on_curves(
         log, poses, snapshot.key_scans, snapshot.map, LocalisationConfig(), MatchingConfig(), SegmentationConfig(),
-        lambda share: None,
+        lambda scan: scan, lambda share: None,
     )  # fmt: skip
 
 

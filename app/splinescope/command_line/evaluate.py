@@ -46,7 +46,7 @@ def map_figures(run: FinishedRun, log_path: Path | None) -> dict[str, Any]:
     if log_path is not None:
         log = run.open_log(log_path)
         config = run.config("segmentation", "tracking")
-        beams = WallBeams.from_log(log, run.scan_poses(log), config.tracking, config.segmentation)
+        beams = WallBeams.from_log(log, run.scan_poses(log), config.tracking, config.segmentation, run.laser)
         fit = {
             "crispness": text.crispness_figures(crispness(beams, run.splines)),
             "held_out": text.crispness_figures(held_out(beams, run.splines, config)),

@@ -36,6 +36,7 @@ def report(log: ScanLog, config: SlamConfig, result: SlamResult, seconds: dict[s
         "odometry_unfit_scans": list(result.unfit),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
         "odometry": _odometry(log, snapshot),
+        "laser_calibration": snapshot.laser.to_dict(),
         "range_noise": _range_noise(snapshot, config),
         "seconds": {stage: round(time, 3) for stage, time in seconds.items()},
         "seconds_total": round(sum(seconds.values()), 3),

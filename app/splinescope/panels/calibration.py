@@ -29,7 +29,7 @@ def calibration(session: Session) -> list[str]:
     quality, log = session.findings.quality, session.log
     if quality is None or log is None:
         return [table.paragraph(UNMEASURED, "dim")]
-    laser = laser_findings(quality.laser, quality.chi2_per_dof)
+    laser = laser_findings(quality.laser, quality.chi2_per_dof, quality.calibration)
     unfit = sorted(step.scan for step in session.findings.steps.values() if step.unfit)
     wheels = odometry_findings(quality.odometry, log.odometry is not None, unfit)
     return [

@@ -15,6 +15,7 @@ from bspline_slam.config import config_from_dict
 from bspline_slam.errors import LogError
 from bspline_slam.export.map_json import map_from_json
 from bspline_slam.export.trajectory import Trajectory
+from bspline_slam.laser_calibration import LaserCalibration
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig
@@ -44,6 +45,11 @@ class FinishedRun:
         """The configuration of the run in these sections, defaults in the others."""
         saved = self.report.get("configuration", {})
         return config_from_dict(SlamConfig, {name: saved[name] for name in sections if name in saved})
+
+    @property
+    def laser(self) -> LaserCalibration:
+        """What the beams of the run were corrected by; nothing where the report does not tell."""
+        return LaserCalibration.from_dict(self.report.get("laser_calibration", {}))
 
     def scan_poses(self, log: ScanLog) -> Float[np.ndarray, "scans 3"]:
         """The pose of each scan of its log (world frame)."""

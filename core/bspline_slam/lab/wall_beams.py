@@ -41,7 +41,7 @@ class WallBeams:
         scan_poses: Float[np.ndarray, "scans 3"],
         tracking: TrackingConfig,
         segmentation: SegmentationConfig,
-        laser: LaserCalibration = LaserCalibration(),
+        laser: LaserCalibration,
     ) -> WallBeams:
         """The scans that lie as far apart as key scans do, and what segmentation makes of them, corrected by the
         calibration of the laser."""

@@ -10,6 +10,7 @@ from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
 from bspline_slam.lab.twin import Twin, simulate_twin
 from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.lab.wall_beams import WallBeams
+from bspline_slam.laser_calibration import LaserCalibration
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.tracking import TrackingConfig
@@ -41,4 +42,4 @@ def beams(noise: float, seed: int = 0) -> WallBeams:
     """The beams of all its scans, at their true poses."""
     log = drive(noise, seed)
     everyone = TrackingConfig(distance=0.01)
-    return WallBeams.from_log(log, log.true_poses[log.scan_records], everyone, SegmentationConfig())
+    return WallBeams.from_log(log, log.true_poses[log.scan_records], everyone, SegmentationConfig(), LaserCalibration())
