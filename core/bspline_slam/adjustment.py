@@ -248,7 +248,7 @@ def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
     return SplineMap(tuple(out))
 
 
-ROUGHLY = Stopping(decrease=1e-3, move=1e-2, iterations=3)
+ROUGHLY = Stopping(decrease=1e-3, move=1e-2, iterations=2)
 """Rounds before the last find new foot points anyway."""
 
 RoundProgress = Callable[[float, IterationRecord | None], None]

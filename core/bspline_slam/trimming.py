@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.kernels import support as kernels
 from bspline_slam.knots import without_idle_knots
 from bspline_slam.models.protocol import Model
 from bspline_slam.observation import across_sigma
@@ -105,11 +106,7 @@ def supported_stretches(
 
 def _support(t: Float[np.ndarray, "m"], pose: Int[np.ndarray, "m"], reach: float) -> Int[np.ndarray, "m"]:
     """From how many poses each of these places (in order) was seen, or what lies within about `reach` of it."""
-    cell = ((t - t[0]) / (reach / NEARBY)).astype(np.int64)
-    count, cells = int(pose.max()) + 1, int(cell[-1]) + 1 + 2 * NEARBY
-    seen = np.unique(cell * count + pose)
-    near = np.unique(seen[:, None] + count * np.arange(2 * NEARBY + 1))
-    return np.bincount(near // count, minlength=cells)[cell + NEARBY]
+    return kernels.support(((t - t[0]) / (reach / NEARBY)).astype(np.int64), pose, NEARBY)
 
 
 def agreed(

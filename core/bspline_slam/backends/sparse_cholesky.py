@@ -73,6 +73,7 @@ class Analysis:
                 *(nodes.width, nodes.height, nodes.child, nodes.sibling, nodes.panel_start, nodes.inverse_start),
                 *(nodes.update_start, nodes.relative_start, nodes.relative, STEP_INFORMATION + damping),
                 *(panels, inverses, np.empty(nodes.update_size), np.empty(nodes.largest_below)),
+                np.empty(nodes.largest_band),
             )
         if bad >= 0:
             raise SolverError(f"the problem is singular: nothing determines {self._name(int(self.order[bad]))}")

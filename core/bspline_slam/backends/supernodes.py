@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Int
 
-from bspline_slam.kernels import symbolic
+from bspline_slam.kernels import cholesky, symbolic
 
 SLACK = 0.2
 """Fraction of zeros that a supernode may store in exchange for being wider."""
@@ -51,6 +51,11 @@ class Supernodes:
     def largest_below(self) -> int:
         """Entries of the largest L_UJ."""
         return int((self.height * self.width).max(initial=0))
+
+    @property
+    def largest_band(self) -> int:
+        """Entries of the largest band of rows of an update."""
+        return cholesky.BAND * int(self.height.max(initial=0))
 
     def places(self, row: Ints, column: Ints) -> tuple[Ints, Ints, Bool[np.ndarray, "_"]]:
         """Of blocks at these positions: first entry in the panels, length of a row there, whether transposed."""

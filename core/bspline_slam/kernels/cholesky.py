@@ -9,6 +9,9 @@ Sources: Liu, "The multifrontal method for sparse matrix solution", SIAM Review 
 import numpy as np
 from numba import njit
 
+BAND = 128
+"""Rows of an update that are multiplied at once."""
+
 
 @njit(cache=True, nogil=True)
 def place_blocks(blocks, places, stride, turned, panels):
@@ -37,7 +40,7 @@ def take_blocks(panels, places, stride, turned, blocks):
 @njit(cache=True, nogil=True)
 def factorise(
     width, height, child, sibling, panel_start, inverse_start, update_start, relative_start, relative, shift, panels,
-    inverses, updates, scratch,
+    inverses, updates, scratch, band,
 ):  # fmt: skip
     """Factor the panels plus `shift` on the diagonal; returns the first column whose pivot is not positive, or −1."""
     column = 0
@@ -65,7 +68,7 @@ def factorise(
             for j in range(w):
                 panel[w + i, j] = below[i, j]
         update = updates[update_start[s] : update_start[s] + u * u].reshape(u, u)
-        np.dot(below, below.T, update)
+        _square(below, band, update)
         c = child[s]
         while c >= 0:
             moved = relative[relative_start[c] : relative_start[c + 1]]
@@ -73,6 +76,22 @@ def factorise(
             _take_rest(before, moved, w, update)
             c = sibling[c]
     return -1
+
+
+@njit(cache=True, nogil=True)
+def _square(below, band, update):
+    """The lower half of update = below · belowᵀ, band by band: nothing is multiplied for the upper one."""
+    u = len(below)
+    if u <= BAND:
+        np.dot(below, below.T, update)
+        return
+    for first in range(0, u, BAND):
+        last = min(first + BAND, u)
+        rows = band[: (last - first) * last].reshape(last - first, last)
+        np.dot(below[first:last], below[:last].T, rows)
+        for i in range(first, last):
+            for j in range(i + 1):
+                update[i, j] = rows[i - first, j]
 
 
 @njit(cache=True, nogil=True)
