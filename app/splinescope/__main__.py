@@ -70,8 +70,11 @@ def has_display() -> bool:
 
 def run(options: argparse.Namespace) -> None:
     """Process a whole log and write its results."""
-    from splinescope.command_line.run import run_and_write, summary_text
-    from splinescope.paths import find_log
+    from splinescope.command_line.imports import lasting
+
+    with lasting():
+        from splinescope.command_line.run import run_and_write, summary_text
+        from splinescope.paths import find_log
 
     with cancelled_by_interrupt() as cancelled, progress_line() as progress:
         summary = run_and_write(

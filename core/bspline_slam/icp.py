@@ -1,4 +1,7 @@
-"""The one adapter around kiss-icp: point-to-point ICP of planar beam ends, lifted to z = 0 and back."""
+"""The one adapter around kiss-icp: point-to-point ICP of planar beam ends, lifted to z = 0 and back.
+
+It calls the compiled part of the package directly: the classes around it load a reader of configuration files first.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from kiss_icp.mapping import VoxelHashMap
-from kiss_icp.registration import Registration
+from kiss_icp.pybind import kiss_icp_pybind as kiss_icp
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +27,8 @@ class IcpConfig:
 
 def icp_map(points: Float[np.ndarray, "m 2"], config: IcpConfig) -> Any:
     """World points as kiss-icp's voxel map."""
-    voxels = VoxelHashMap(config.voxel, 1e6, config.points_per_voxel)
-    voxels.add_points(_lifted(points))
+    voxels = kiss_icp._VoxelHashMap(config.voxel, 1e6, config.points_per_voxel)
+    voxels._add_points(_lifted(points))
     return voxels
 
 
@@ -41,13 +43,14 @@ def align(
     start = np.eye(4)
     start[:2, :2] = [[c, -s], [s, c]]
     start[:2, 3] = guess[:2]
-    registration = Registration(config.iterations, config.convergence, 1)
-    found = registration.align_points_to_map(_lifted(points), voxels, start, config.reach, config.kernel)
+    registration = kiss_icp._Registration(config.iterations, config.convergence, 1)
+    found = registration._align_points_to_map(_lifted(points), voxels, start, config.reach, config.kernel)
     flat = abs(found[2, 2] - 1.0) < 1e-3 and abs(found[2, 3]) < 1e-3
     if not np.isfinite(found).all() or not flat:
         return guess
     return np.array([found[0, 3], found[1, 3], np.arctan2(found[1, 0], found[0, 0])])
 
 
-def _lifted(points: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m 3"]:
-    return np.column_stack([points, np.zeros(len(points))])
+def _lifted(points: Float[np.ndarray, "m 2"]) -> Any:
+    """The points with z = 0, as a list of vectors of kiss-icp."""
+    return kiss_icp._Vector3dVector(np.column_stack([points, np.zeros(len(points))]))

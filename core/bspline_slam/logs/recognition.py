@@ -1,4 +1,7 @@
-"""Which format a log has: told by its content, never by its suffix."""
+"""Which format a log has: told by its content, never by its suffix.
+
+The readers of ROS logs are loaded when there is one to read: rosbags takes its time.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,7 @@ from bspline_slam.errors import LogError
 from bspline_slam.logs.carmen import read_carmen
 from bspline_slam.logs.content import content_hash, packer, unpack
 from bspline_slam.logs.indexed_log import IndexedLog, Progress, unwatched
-from bspline_slam.logs.ros import read_ros
-from bspline_slam.logs.ros1 import BAG_MAGIC, open_ros1
-from bspline_slam.logs.ros2 import MCAP_MAGIC, SQLITE_MAGIC, open_ros2, stored_files
+from bspline_slam.logs.magic import BAG_MAGIC, MCAP_MAGIC, SQLITE_MAGIC
 from bspline_slam.logs.truth import companion, truth_at
 from bspline_slam.scan import ScanLog
 
@@ -44,8 +45,9 @@ def open_log(path: str | Path, topic: str | None = None, progress: Progress | No
 
 
 def _read_folder(path: Path, topic: str | None, progress: Progress) -> IndexedLog:
-    recording = open_ros2(path, progress)
-    return read_ros(path, recording, content_hash(stored_files(path)), topic)
+    from bspline_slam.logs.ros2 import stored_files
+
+    return _read_ros2(path, topic, progress, stored_files(path))
 
 
 def _read_file(path: Path, topic: str | None, progress: Progress) -> IndexedLog:
@@ -58,17 +60,31 @@ def _read_file(path: Path, topic: str | None, progress: Progress) -> IndexedLog:
     if not start:
         raise LogError(path, "the file is empty")
     if start.startswith((MCAP_MAGIC, SQLITE_MAGIC)):
-        return read_ros(path, open_ros2(path, progress), content_hash([path]), topic)
+        return _read_ros2(path, topic, progress, [path])
     if start.startswith(BAG_MAGIC):
         with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            return read_ros(path, open_ros1(path, data, progress), content_hash([path]), topic)
+            return _read_ros1(path, data, topic, progress)
     data, notes = path.read_bytes(), []
     if packer(start) is not None:
         data, notes = unpack(path, data)
         if data.startswith(BAG_MAGIC):
-            return _with_notes(read_ros(path, open_ros1(path, data, progress), content_hash([path]), topic), notes)
+            return _with_notes(_read_ros1(path, data, topic, progress), notes)
     _refuse_binary(path, data[:_PEEK])
     return _with_notes(read_carmen(path, data, content_hash([path]), topic, progress), notes)
+
+
+def _read_ros1(path: Path, data: bytes | mmap.mmap, topic: str | None, progress: Progress) -> IndexedLog:
+    from bspline_slam.logs.ros import read_ros
+    from bspline_slam.logs.ros1 import open_ros1
+
+    return read_ros(path, open_ros1(path, data, progress), content_hash([path]), topic)
+
+
+def _read_ros2(path: Path, topic: str | None, progress: Progress, files: list[Path]) -> IndexedLog:
+    from bspline_slam.logs.ros import read_ros
+    from bspline_slam.logs.ros2 import open_ros2
+
+    return read_ros(path, open_ros2(path, progress), content_hash(files), topic)
 
 
 def _refuse_binary(path: Path, start: bytes) -> None:

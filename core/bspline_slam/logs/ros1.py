@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
+from bspline_slam.logs.magic import BAG_MAGIC
 from bspline_slam.logs.messages import (
     TRANSFORMS,
     WANTED,
@@ -26,8 +27,6 @@ from bspline_slam.logs.messages import (
     canonical_type,
     printable,
 )
-
-BAG_MAGIC = b"#ROSBAG V"
 
 _VERSION = b"#ROSBAG V2.0\n"
 _MESSAGE, _INDEX, _CHUNK, _CONNECTION = 2, 4, 5, 7

@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from bspline_slam.errors import LogError
 from bspline_slam.logs.indexed_log import Progress
+from bspline_slam.logs.magic import MCAP_MAGIC, SQLITE_MAGIC
 from bspline_slam.logs.messages import (
     WANTED,
     RawMessage,
@@ -21,9 +22,6 @@ from bspline_slam.logs.messages import (
     canonical_type,
     printable,
 )
-
-MCAP_MAGIC = b"\x89MCAP0\r\n"
-SQLITE_MAGIC = b"SQLite format 3\x00"
 
 _Reader = DirectoryReader | McapReader | Sqlite3Reader
 
