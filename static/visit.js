@@ -1,4 +1,5 @@
-// Visits: the page says hello with its name and what stands behind its address, and learns whether it drives or watches.
+// Visits: the page says hello with its name and what stands behind its address, learns whether it drives or watches,
+// and says so when nobody answers any more.
 
 import { perform, titleOf, watchActions } from "./actions.js";
 import { on, send, viewer } from "./channel.js";
@@ -18,6 +19,7 @@ let link = "";
 
 const banner = document.createElement("div");
 const told = document.createElement("div");
+const lost = document.createElement("div");
 
 /** Whether this page may change what all see. */
 export const drives = () => driving;
@@ -30,6 +32,7 @@ function name() {
 
 function hello() {
   const internals = viewer();
+  lost.hidden = sender === null || Boolean(internals?.sendMessage);
   if (!internals?.sendMessage || internals.sendMessage === sender) return;
   sender = internals.sendMessage;
   send("hello", { name: name(), query });
@@ -94,7 +97,11 @@ export function start() {
   banner.hidden = true;
   told.className = "scope-told scope-card";
   told.setAttribute("role", "status");
-  layer.append(banner, told);
+  lost.className = "scope-role scope-lost scope-card";
+  lost.setAttribute("role", "alert");
+  lost.textContent = "The connection is lost: SplineScope has ended or is out of reach. This page goes on when it is back.";
+  lost.hidden = true;
+  layer.append(lost, banner, told);
   on("role", role);
   on("copy", copy);
   watchActions(() => banner.querySelector("button")?.replaceChildren(titleOf("take-control", "Take control")));

@@ -47,6 +47,11 @@ class Activity:
     adjusted: int = 0
 
 
+def counted(number: int, noun: str) -> str:
+    """So many things: `1 scan`, `8,541 scans`."""
+    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
+
+
 def duration(seconds: float) -> str:
     """A length of time in words: `8 s`, `3 min 20 s`, `2 h 05 min`."""
     whole = round(seconds)

@@ -39,9 +39,10 @@ from splinescope.browser import preferences as prefs
 from splinescope.browser.page import open_page
 from splinescope.computing.solution import Solution
 from splinescope.paths import find_log
+from splinescope.posted import Barrier
 from splinescope.session import Session
 from splinescope.view import Selection
-from splinescope.viewer import Barrier, Viewer
+from splinescope.viewer import Viewer
 
 
 def open_workbench(

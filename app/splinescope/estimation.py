@@ -12,7 +12,7 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.errors import ConfigError
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
-from splinescope.activity import Activity, Work, duration, stage_in_words
+from splinescope.activity import Activity, Work, counted, duration, stage_in_words
 from splinescope.computing import messages as told
 from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.solution import Solution
@@ -357,6 +357,5 @@ def done(activity: Activity, snapshot: Snapshot, solution: Solution | None, edit
             f"the largest move of a pose was {1000 * solution.largest_move:.1f} mm.",
         )
     time_taken = f" in {duration(solution.seconds)}" if solution is not None else ""
-    return Notice(
-        "The log is processed", f"{len(snapshot.poses):,} scans gave {len(snapshot.map):,} splines{time_taken}."
-    )
+    scans, splines = counted(len(snapshot.poses), "scan"), counted(len(snapshot.map), "spline")
+    return Notice("The log is processed", f"{scans} gave {splines}{time_taken}.")

@@ -15,11 +15,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
-from jaxtyping import Float
 
 from bspline_slam.errors import SplineSlamError
 from bspline_slam.logs import open_log
@@ -28,9 +24,7 @@ from splinescope.actions import Answer, PageRequest, Perform, find
 from splinescope.browser import preferences as prefs
 from splinescope.browser.addresses import told_addresses
 from splinescope.browser.asker import asker
-from splinescope.browser.link import Link
 from splinescope.browser.page import Page, open_page
-from splinescope.browser.visitors import Visitors
 from splinescope.computing.editor import Editor
 from splinescope.computing.messages import Message
 from splinescope.computing.worker import Worker
@@ -40,7 +34,9 @@ from splinescope.notice import Notice
 from splinescope.panels import closures, decisions, edit_lists
 from splinescope.paths import SAMPLE, find_log
 from splinescope.picking import pick, pick_box, pick_piece
+from splinescope.posted import Arrival, Barrier, Box, Click, FromEditor, Goodbye, Hello, PageMoved, Posted
 from splinescope.presenter import Presenter
+from splinescope.reception import Reception
 from splinescope.ruler import picked_from
 from splinescope.session import Session
 from splinescope.view import Selection
@@ -62,69 +58,6 @@ KEEPING = 1.0
 """Seconds between two times that choices are written down."""
 NOT_MEASURABLE = Notice("Nothing to measure there", "Click a curve of the map, a control point or a key pose.")
 NO_PIECE = Notice("Nothing to add there", "Shift adds pieces of the segments of a key scan.")
-OVERTAKEN = Notice("Somebody else drives now", "You are watching. Press A to take control back.")
-WATCHING = Notice("You are watching", "Another page drives what all see. Press A to take control.")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Click:
-    """A person clicked the map at `point` (world frame); with Shift what is there `adds` to what is selected."""
-
-    point: Float[np.ndarray, "2"]
-    metres_per_pixel: float
-    adds: bool = False
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Box:
-    """A person drew a rectangle with these `corners`, in order round it (world frame)."""
-
-    corners: Float[np.ndarray, "4 2"]
-
-
-@dataclass(frozen=True, slots=True)
-class PageMoved:
-    """Some page sees another part of the world, or a new page has come."""
-
-
-@dataclass(frozen=True, slots=True)
-class Hello:
-    """A page has come that calls itself `name`; `query` stands behind its address."""
-
-    name: str
-    query: str
-
-
-@dataclass(frozen=True, slots=True)
-class Goodbye:
-    """The page of this client has left."""
-
-    client: int
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Barrier:
-    """`passed` is set when all that was posted before is done."""
-
-    passed: threading.Event
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class FromEditor:
-    """What the editor's process sent."""
-
-    message: Message
-
-
-Posted = ask.Command | Perform | Answer | Click | Box | PageMoved | Hello | Goodbye | Barrier | Message | FromEditor
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Arrival:
-    """Something posted, and the client whose person asked for it (None: the program itself)."""
-
-    item: Posted
-    client: int | None
 
 
 def view(
@@ -169,8 +102,7 @@ class Viewer:
         )
         self._guide = Guide(self.session)
         self._presenter = Presenter(page, self.session, self._guide, self.post)
-        self._visitors = Visitors()
-        self._arriving: dict[int, Hello] = {}
+        self._reception = Reception(self.session, self._presenter)
         self._watchers: list[Callable[[], None]] = []
         self._told = -1
         self._kept = self.session.preferences
@@ -247,7 +179,7 @@ class Viewer:
             for arrival in self._arrivals():
                 self._guarded(lambda arrival=arrival: self._take(arrival.item, arrival.client))
                 self._presenter.lead(arrival.client)
-            self._guarded(self._greet_known)
+            self._guarded(self._reception.greet_known)
             self.session.tick()
             self._guarded(self._guide.tick)
             self._presenter.lead(None)
@@ -278,18 +210,15 @@ class Viewer:
             return items
 
     def _take(self, item: Posted, client: int | None = None) -> None:
-        if client is not None and not self._may(item, client):
-            if not isinstance(item, ask.ShowTab):
-                self.session.tell(replace(WATCHING, client=client))
+        if client is not None and not self._reception.admits(item, client):
             return
         match item:
             case Hello() if client is not None:
-                self._receive(client, item)
+                self._reception.receive(client, item)
             case Barrier(passed=passed):
                 passed.set()
             case Goodbye():
-                self._arriving.pop(item.client, None)
-                self._visit(self._visitors.left(item.client))
+                self._reception.left(item.client)
             case Perform():
                 self._perform(item.action, client)
             case Answer():
@@ -305,7 +234,7 @@ class Viewer:
                 self.session.apply(ask.SelectPieces(pick_box(self.session.view, item.corners)))
             case PageMoved():
                 self._presenter.page_moved()
-                if client is not None and client == self._visitors.driver and client not in self._arriving:
+                if client is not None and self._reception.is_driven_by(client):
                     self.session.apply(ask.LookFrom(self._presenter.place_of(client)))
             case Message():
                 self._editor.start()  # once the estimator is at work, so that both do not load their modules at once
@@ -336,44 +265,6 @@ class Viewer:
         else:
             self.session.tell(NO_PIECE)
 
-    # -- who drives ----------------------------------------------------------------------------------------------
-    def _may(self, item: Posted, client: int) -> bool:
-        """Whether this page may do this: its own view is its own affair, all else is the driver's. Where nobody
-        drives, who acts first does."""
-        if isinstance(item, (Hello, Goodbye, PageMoved)):
-            return True
-        if isinstance(item, Perform) and (action := find(item.action)) and action.own:
-            return True
-        if self._visitors.driver is None:
-            self._visit(self._visitors.driven_by(client))
-        return self._visitors.driver == client
-
-    def _receive(self, client: int, hello: Hello) -> None:
-        """The viewer may know a page a little later than it says hello: it is greeted then."""
-        self._visitors = self._visitors.came(client, hello.name)
-        self._arriving[client] = hello
-        self._greet_known()
-
-    def _greet_known(self) -> None:
-        for client in [client for client in self._arriving if self._presenter.knows(client)]:
-            self._greet(client, self._arriving.pop(client))
-
-    def _greet(self, client: int, hello: Hello) -> None:
-        self._presenter.show_roles(self._visitors)
-        link = Link.parse(hello.query)
-        if not link.empty:
-            if self._visitors.driver == client:
-                self.session.apply(ask.FollowLink(link))
-            else:
-                self.session.tell(replace(WATCHING, client=client))
-        self._presenter.greet(client, link.place)
-
-    def _drive(self, client: int) -> None:
-        before = self._visitors.driver
-        self._visit(self._visitors.driven_by(client))
-        if before not in (None, client):
-            self.session.tell(replace(OVERTAKEN, client=before))
-
     def _tour(self, name: str) -> None:
         match name:
             case "tour":
@@ -383,10 +274,6 @@ class Viewer:
             case _:
                 self._guide.step(-1 if name == "tour-back" else 1)
         self.session.revision += 1
-
-    def _visit(self, visitors: Visitors) -> None:
-        self._visitors = visitors
-        self._presenter.show_roles(visitors)
 
     def _guarded(self, work: Callable[[], None]) -> None:
         """Whatever goes wrong is told to the person and ends nothing; said once while it goes on."""
@@ -415,7 +302,7 @@ class Viewer:
             case PageRequest.TOUR:
                 self._tour(name)
             case PageRequest.TAKE_CONTROL if client is not None:
-                self._drive(client)
+                self._reception.drive(client)
             case PageRequest.LINK if client is not None:
                 self._presenter.copy_link(client)
             case PageRequest.SCRIPT | PageRequest.ASK:

@@ -168,7 +168,7 @@ def proposal_of(
 def judge(match: Match, config: LoopConfig) -> tuple[bool, str]:
     """Whether a match is good enough to close a loop, and the sentence that says why."""
     if match.score < config.least_score:
-        return False, f"correlation {match.score:.2f} is below {config.least_score:.2f}"
+        return False, f"correlation {match.score:.3f} is below {config.least_score:.2f}"
     if match.inliers < config.least_inliers:
         return False, f"only {match.inliers:.0%} of the beams lie on the earlier map, {config.least_inliers:.0%} asked"
     return True, f"correlation {match.score:.2f}, {match.inliers:.0%} of the beams lie on the earlier map"

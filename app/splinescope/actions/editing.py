@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from splinescope import commands as ask
 from splinescope import edit_desk
-from splinescope.actions.action import Action
+from splinescope.actions.action import Action, with_log
 from splinescope.lost_scans import next_lost
 from splinescope.proposal import Picking
 from splinescope.session import Session
@@ -115,8 +115,9 @@ def _marks() -> tuple[Action, ...]:
     out = []
     for kind, words in {**MARKS, "hand": "decision by hand"}.items():
         on, back = f"Alt+{MARK_KEYS[kind]}", f"Alt+Shift+{MARK_KEYS[kind]}"
-        out.append(Action(f"next-{kind}", f"Next {words}", (on,), ask.SeekMark(kind, 1), repeats=True))
-        out.append(Action(f"previous-{kind}", f"The {words} before", (back,), ask.SeekMark(kind, -1), repeats=True))
+        ahead, behind = ask.SeekMark(kind, 1), ask.SeekMark(kind, -1)
+        out.append(Action(f"next-{kind}", f"Next {words}", (on,), ahead, with_log, repeats=True))
+        out.append(Action(f"previous-{kind}", f"The {words} before", (back,), behind, with_log, repeats=True))
     return tuple(out)
 
 

@@ -32,7 +32,7 @@ def _unsolved(session: Session) -> str | None:
 WORK = (
     Action(
         "open-log",
-        "Open another log",
+        "Open a log",
         ("O",),
         PageRequest.ASK,
         asks=Question(

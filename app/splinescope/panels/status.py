@@ -7,7 +7,7 @@ from html import escape
 import viser
 
 from splinescope import table
-from splinescope.activity import Activity, Work, duration
+from splinescope.activity import Activity, Work, counted, duration
 from splinescope.panels.action_row import button
 from splinescope.panels.panel import Post
 from splinescope.session import Session
@@ -87,10 +87,13 @@ def summary(session: Session) -> str:
     if snapshot is None:
         return "There is no map yet."
     accepted = sum(loop.accepted for loop in snapshot.loop_closures)
-    return (
-        f"{len(snapshot.map):,} splines, {snapshot.map.control_point_count:,} control points, "
-        f"{len(snapshot.key_scans):,} key scans, {accepted:,} loop closures."
+    parts = (
+        counted(len(snapshot.map), "spline"),
+        counted(snapshot.map.control_point_count, "control point"),
+        counted(len(snapshot.key_scans), "key scan"),
+        counted(accepted, "loop closure"),
     )
+    return f"{', '.join(parts)}."
 
 
 def trouble(sentence: str) -> str:

@@ -28,7 +28,7 @@ TEXTS = """
 .ss .keys{font-size:11px;line-height:1.3}
 .ss .keys td{padding:0 4px;border:0}
 .ss .acts{margin:6px 0}
-.ss .acts:has(>span){display:grid;grid-template-columns:54px 1fr;align-items:baseline}
+.ss .acts:has(>span){display:grid;grid-template-columns:58px 1fr;column-gap:6px;align-items:baseline}
 .ss .acts>span{opacity:.72}
 .ss .acts>div{display:flex;flex-wrap:wrap;gap:4px}
 .ss .act{all:unset;box-sizing:border-box;padding:2px 8px;border:1px solid #3c8fc4;border-radius:5px;cursor:pointer}

@@ -180,7 +180,7 @@ def outcome(edit: Edit, decisions: Decisions, config: SlamConfig) -> Outcome:
             away = float(np.linalg.norm(moved, axis=1).max())
             return Outcome(Fate.FOLLOWED, f"The curve stays within {1000 * away:.1f} mm of its pin.", away, 1.0)
         case _:
-            return Outcome(Fate.FOLLOWED, "The map has it so.")
+            return Outcome(Fate.FOLLOWED, "The map agrees with it.")
 
 
 def _given(edit: Force | MakeNew, decisions: Decisions, config: SlamConfig) -> Outcome:
