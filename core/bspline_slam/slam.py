@@ -26,6 +26,7 @@ from bspline_slam.models import ChordLengthConfig, make_model
 from bspline_slam.models.protocol import Model
 from bspline_slam.motion import MotionConfig
 from bspline_slam.observation import MODELS
+from bspline_slam.odometry_noise import with_learnt_noise
 from bspline_slam.odometry_signs import odometry_signs
 from bspline_slam.relocalisation import RelocalisationConfig, Relocaliser
 from bspline_slam.scan import LaserScan, ScanLog
@@ -330,14 +331,15 @@ class Slam:
             self._observations[k] = replace(self._observations[k], associations=associations)
 
     def _correct(self, cancelled: Cancelling) -> LaserCorrection:
-        """Put key scans about where the adjustment is going to put them, and correct their beams by what of their
-        errors is the laser's."""
+        """Put key scans about where the adjustment is going to put them; weigh odometry by how well it tells that, and
+        correct their beams by what of their errors is the laser's."""
         c = self.config
         told = foreseen(
             self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
             c.adjustment, self._model, c.back_end, cancelled,
         )  # fmt: skip
         self._tracker.move(told.estimate.poses)
+        self._tracker.factors = with_learnt_noise(self._tracker.factors, told.estimate.poses, c.motion)
         beams, velocity = len(self.log[0].ranges), velocities(self.log.records, self._tracker.poses)
         if not self._model.measures_along:
             keys = velocity[told.estimate.graph.key_scans]
