@@ -47,8 +47,8 @@ def with_learnt_noise(
 
 
 def noise_share(off: Float[np.ndarray, "k"]) -> float:
-    """Standard deviation of errors that were expected to have 1: by the median, or by the largest of 95 % where tails are
-    heavier than those of a Gaussian; 1 where too few tell it, and never more."""
+    """Standard deviation of errors that were expected to have 1: by the median, or by the largest of 95 % where tails
+    are heavier than those of a Gaussian; 1 where too few tell it, and never more."""
     if len(off) < LEAST_STEPS:
         return 1.0
     middle, tail = np.percentile(np.abs(off), [50.0, 95.0])
