@@ -44,9 +44,10 @@ class TrackingConfig:
 
     `local_scans` make the local map. A scan stands still, and is not matched, when odometry says so since the last
     matched one and at least `still_beams` of its ranges are within `still_range` (m) of that one's. A scan is searched
-    for, not only refined, when it lies `far_…` from the last one, when fewer than `doubtful_inliers` of its beams fit,
-    or when the squared Mahalanobis distance to its prediction exceeds `surprise`; where no odometry is to be believed
-    also when a direction is left open by more than `open_distance` (m, 1 σ) or fewer than `unsure_inliers` fit.
+    for, not only refined, when fewer than `doubtful_inliers` of its beams fit, `unsure_inliers` where it lies `far_…`
+    from the last one, or when the squared Mahalanobis distance to its prediction exceeds `surprise`; where no odometry
+    is to be believed also when a direction is left open by more than `open_distance` (m, 1 σ) or fewer than
+    `unsure_inliers` fit.
     Below a correlation of `lost_score`, or when less than `lost_beams` of its beams
     come back, a scan is lost and odometry is taken instead. When less than that see beyond `blocked_range` (m),
     somebody may stand before the laser, which fits anywhere: then a scan is lost too where odometry is believed, else
@@ -174,7 +175,7 @@ class Tracker:
         key = self._is_key(match.pose) or self._is_key(predicted)
         near = self._sees_less(scan, self.config.blocked_range)
         lost = self._sees_less(scan, 0.0) or (near and believed)
-        doubtful = self._far(tries[0]) or self._doubtful(match, predicted, information)
+        doubtful = self._doubtful(match, predicted, information, far=self._far(tries[0]))
         if lost or doubtful or (not believed and self._unsure(match)):
             match = self._searched(points, previous, tries, information, unknown=not believed)
             lost = lost or match.score < (self.config.good_score if near else self.config.lost_score)
@@ -289,10 +290,14 @@ class Tracker:
         moved = se2.between(self.key_poses[-1], pose)
         return bool(np.hypot(moved[0], moved[1]) > self.config.distance or abs(moved[2]) > self.config.turn)
 
-    def _doubtful(self, match: Match, predicted: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> bool:
-        """Whether a match without search lies too far from its prediction, or too few beams support it."""
+    def _doubtful(
+        self, match: Match, predicted: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"], *, far: bool
+    ) -> bool:
+        """Whether a match without search lies too far from its prediction, or too few beams support it; more of them
+        are asked for `far` from the last scan."""
         off = surprise(se2.between(predicted, match.pose), information)
-        return off > self.config.surprise or match.inliers < self.config.doubtful_inliers
+        least = self.config.unsure_inliers if far else self.config.doubtful_inliers
+        return off > self.config.surprise or match.inliers < least
 
     def _refined(self, points: PointSet, guess: Float[np.ndarray, "3"], information: Float[np.ndarray, "3 3"]) -> Match:
         return refine(

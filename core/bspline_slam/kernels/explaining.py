@@ -8,7 +8,7 @@ from numba import njit
 from bspline_slam.kernels.matching import bucket_points, facing_candidates
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def near_splines(points, normals, ids, first, last, rows, bucket, gate, along, agreement, most):
     """Of each point up to `most` splines near it, nearest first: id (−1: none), parameter, distance across.
 

@@ -12,7 +12,7 @@ FILLED, FLAT, LEAP = 0.1, 0.1, 1.6
 beams is no leap (ratio)."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def thin(points, cell):
     """Indices of points such that no two kept neighbours in order are nearer than `cell`."""
     keep = np.empty(len(points), np.int64)
@@ -28,7 +28,7 @@ def thin(points, cell):
     return keep[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def likelihood_field(points, cell, sigma, margin):
     """Field of exp(−d²/2σ²) of the distance to the nearest point, 0 beyond 2.5 σ, and the corner where it begins,
     `margin` (m) before the first point; single precision throughout."""
@@ -60,7 +60,7 @@ def likelihood_field(points, cell, sigma, margin):
     return nearest, origin
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def block_maximum(field, block):
     """out[i, j] = max field[i : i + block, j : j + block], in passes over ever larger shifts."""
     rows, columns = field.shape
@@ -83,7 +83,7 @@ def _raise(row, to):
         row[j] = to[j] if to[j] > row[j] else row[j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def search(field, bounds, block, origin, cell, points, start, reach_xy, reach_theta, step_theta, pull):
     """Branch and bound over (x, y, θ) around `start`: the pose with the highest mean field under the points.
 
@@ -169,7 +169,7 @@ def bucket_points(points, origin, shape, cell):
     return start, order
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def gather(points, normals, sizes, poses, cell):
     """Points and normals of several scans, `sizes[k]` from each, put into the world and sorted by square buckets.
 

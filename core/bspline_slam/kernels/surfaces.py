@@ -104,7 +104,7 @@ def chord_normals(points, sizes, reach):
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def points_with_normals(
     ranges, bearings, nearest, farthest, x, y, heading,
     incidence, allowance, leap, leap_ratio, widest, reach, turn_limit,
