@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from bspline_slam import se2
 from bspline_slam.association import Association
 from bspline_slam.flat_curves import FlatCurves
+from bspline_slam.halves import in_halves
 from bspline_slam.kernels import curves as kernels
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import SplineMap
@@ -121,13 +121,20 @@ def find_feet(
 ) -> Feet:
     """Foot points of all beams on their splines; a beam counts when it lies within the gate (of all, or its own),
     inside the supported stretch, and in front of the curve. Feet may lie `beyond` the ends of that stretch (m)."""
-    curves = FlatCurves.of([spline.curve for spline in splines])
-    t, first, basis, normals, across, beside = kernels.feet(
-        *(curves.degrees, curves.knot_start, curves.knots, curves.point_start, curves.control_points),
-        np.array([(s.span[0] - beyond, s.span[1] + beyond) for s in splines], dtype=float).reshape(-1, 2),
-        np.searchsorted(sights.spline, np.arange(len(splines) + 1)),
-        se2.transform(poses[sights.pose], sights.points), START_SPACING, curves.order,
-    )  # fmt: skip
-    towards = se2.rotate(poses[sights.pose], -sights.directions)
-    facing = (towards * normals).sum(1) > FACING
-    return Feet(t, first, basis, normals, across, (np.abs(across) < gate) & (beside < BESIDE) & facing)
+    curves, n = FlatCurves.of([spline.curve for spline in splines]), len(sights.pose)
+    t, across, beside, facing = np.zeros((4, n))
+    first, basis, normals = np.zeros(n, dtype=np.int64), np.zeros((n, curves.order)), np.zeros((n, 2))
+    spans = np.array([(s.span[0] - beyond, s.span[1] + beyond) for s in splines], dtype=float).reshape(-1, 2)
+    cuts = np.searchsorted(sights.spline, np.arange(len(splines) + 1))
+    frames = np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+
+    def find(c_first: int, c_last: int) -> None:
+        kernels.feet(
+            c_first, c_last, curves.degrees, curves.knot_start, curves.knots, curves.point_start, curves.control_points,
+            spans, cuts, frames, sights.pose, sights.points, sights.directions, START_SPACING,
+            t, first, basis, normals, across, beside, facing,
+        )  # fmt: skip
+
+    in_halves(find, cuts)
+    counts = (np.abs(across) < gate) & (beside < BESIDE) & (facing > FACING)
+    return Feet(t, first, basis, normals, across, counts)

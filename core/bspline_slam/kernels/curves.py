@@ -60,19 +60,20 @@ def _at(t, degree, count, knots, control_points, values, slopes):
 
 
 @njit(cache=True, nogil=True)
-def feet(degrees, knot_start, all_knots, point_start, all_points, spans, cuts, points, spacing, width):
-    """The foot of each point on its curve: parameter inside the curve's span, first basis index (of its own curve),
-    `width` basis values, unit normal (tangent turned left), distance along the normal, and beside it.
+def feet(
+    c_first, c_last, degrees, knot_start, all_knots, point_start, all_points, spans, cuts, frames, seen_from, points,
+    directions, spacing, t_out, first, basis, normals, across, beside, facing,
+):  # fmt: skip
+    """The foot of the end of each beam on its curve: parameter inside the curve's span, first basis index (of its own
+    curve), basis values, unit normal (tangent turned left), distance along the normal, and beside it, and the cosine
+    between normal and way back; into `t_out` … `facing`, of curves c_first … c_last − 1.
 
-    Curve c has the points cuts[c] … cuts[c + 1] − 1, its knots begin at knot_start[c] and its control points at
-    point_start[c]. Starts at the nearest of samples `spacing` of parameter apart and goes on by at most six
-    Gauss–Newton steps.
+    Curve c has the beams cuts[c] … cuts[c + 1] − 1, its knots begin at knot_start[c] and its control points at
+    point_start[c]. Beam k is seen from frames[seen_from[k]] = (x, y, cos θ, sin θ). Starts at the nearest of samples
+    `spacing` of parameter apart and goes on by at most six Gauss–Newton steps.
     """
-    n = len(points)
-    t_out, first, basis, normals = np.zeros(n), np.zeros(n, np.int64), np.zeros((n, width)), np.zeros((n, 2))
-    across, beside = np.zeros(n), np.zeros(n)
-    values, slopes = np.empty(width), np.empty(width)
-    for c in range(len(degrees)):
+    values, slopes = np.empty(basis.shape[1]), np.empty(basis.shape[1])
+    for c in range(c_first, c_last):
         if cuts[c] == cuts[c + 1]:
             continue
         degree, count = degrees[c], point_start[c + 1] - point_start[c]
@@ -86,7 +87,9 @@ def feet(degrees, knot_start, all_knots, point_start, all_points, spans, cuts, p
                 start + (end - start) * s / pieces, degree, count, knots, control_points, values, slopes
             )
         for k in range(cuts[c], cuts[c + 1]):
-            x, y = points[k, 0], points[k, 1]
+            from_x, from_y, turn_c, turn_s = frames[seen_from[k]]
+            x = from_x + turn_c * points[k, 0] - turn_s * points[k, 1]
+            y = from_y + turn_s * points[k, 0] + turn_c * points[k, 1]
             best, nearest = 1e18, 0
             for s in range(pieces + 1):
                 dx, dy = samples[s, 0] - x, samples[s, 1] - y
@@ -109,7 +112,9 @@ def feet(degrees, knot_start, all_knots, point_start, all_points, spans, cuts, p
             normals[k, 0], normals[k, 1] = -dy / length, dx / length
             across[k] = (x - px) * normals[k, 0] + (y - py) * normals[k, 1]
             beside[k] = abs((x - px) * normals[k, 1] - (y - py) * normals[k, 0])
-    return t_out, first, basis, normals, across, beside
+            back_x = turn_s * directions[k, 1] - turn_c * directions[k, 0]
+            back_y = -turn_s * directions[k, 0] - turn_c * directions[k, 1]
+            facing[k] = back_x * normals[k, 0] + back_y * normals[k, 1]
 
 
 @njit(cache=True)
