@@ -15,14 +15,13 @@ from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_
 from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import BackEnd, Cancelling, Estimate, IterationRecord, never
+from bspline_slam.counted_beams import CountedBeams
 from bspline_slam.errors import Cancelled
-from bspline_slam.fitting import FittingConfig
 from bspline_slam.flat_curves import FlatCurves
 from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.graph import Beams, Graph, PoseFactor, PosePrior, ShapePrior, square_root
 from bspline_slam.laser_noise import calibrated
 from bspline_slam.models.protocol import Model, SeenBeams
-from bspline_slam.observation import across_sigma
 from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, find_feet, renumbered
 from bspline_slam.spline_map import MapSpline, SplineMap
 from bspline_slam.trimming import TrimmingConfig, agreed, thinned, trimmed
@@ -64,16 +63,17 @@ def build_graph(
     """The least-squares problem at this linearisation of the foot points; splines that no beam reaches are not in
     it."""
     feet = find_feet(sights, splines, poses, gate)
-    observed = _observations(sights, feet, splines, poses, config, model)
-    feet = replace(feet, counts=feet.counts & np.isin(sights.piece, observed.pose))
-    seen = np.unique(sights.spline[feet.counts])
+    counted = CountedBeams.of(sights, feet, poses, model.fitting, config.outlier)
+    observed = _observations(sights, feet, counted, splines, poses, model)
+    counted = counted.only(np.isin(sights.piece[counted.place], observed.pose))
+    seen = np.unique(sights.spline[counted.place])
     kept = [splines.splines[k] for k in seen]
     place = np.full(len(splines), -1)
     place[seen] = np.arange(len(seen))
     curves = FlatCurves.of([spline.curve for spline in kept])
     factors_of_splines = [_on_graph(observed, sights, place, curves.point_start)]
     if not model.measures_along:
-        factors_of_splines.append(_slides(sights, feet, curves, poses, place, config))
+        factors_of_splines.append(_slides(sights, counted, curves, poses, place, config))
     return Graph(
         key_scans=np.array([key.scan for key in keys], dtype=np.int64),
         poses=poses,
@@ -81,34 +81,31 @@ def build_graph(
         spline_first=curves.point_start,
         control_points=curves.control_points,
         spline_factors=FlatFactors.joined(factors_of_splines),
-        pose_factors=_remaining_factors(factors, poses, sights, feet, config, model.fitting),
+        pose_factors=_remaining_factors(factors, _told_by_splines(len(poses), sights, counted), config),
         pose_priors=(PosePrior(0, poses[0], np.eye(3) / config.anchor),),
         shape_priors=tuple(_bends(curves, config)),
-        beams=_beams(sights, feet, kept, poses, place, config, model.fitting),
+        beams=_beams(sights, feet, counted, kept, place),
     )
 
 
 def _observations(
     sights: Sights,
     feet: Feet,
+    counted: CountedBeams,
     splines: SplineMap,
     poses: Float[np.ndarray, "n 3"],
-    config: AdjustmentConfig,
     model: Model,
 ) -> FlatFactors:
     """What the model makes of each association that says something, with the number of its piece for that of the
     pose, on the control points of its own curve."""
-    kept = np.flatnonzero(feet.counts)
+    kept, normals = counted.place, counted.normals
     if len(kept) == 0:
         return FlatFactors.of(())
-    normals = se2.rotate(-poses[sights.pose[kept]], feet.normals[kept])
-    sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], model.fitting)
-    weight = 1.0 / np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
     cuts = np.flatnonzero(np.diff(sights.piece[kept], prepend=-1, append=-1))
     at = kept[cuts[:-1]]
     points, right = sights.points[kept], (normals * sights.points[kept]).sum(1)
     sensors = sights.points[at] - sights.ranges[at, None] * sights.directions[at]
-    beams = SeenBeams(cuts, sensors, points, feet.first[kept], feet.basis[kept], normals, right, weight)
+    beams = SeenBeams(cuts, sensors, points, feet.first[kept], feet.basis[kept], normals, right, 1.0 / counted.sigma)
     curves = [splines.splines[k].curve for k in sights.spline[at].tolist()]
     told = model.observe(curves, poses[sights.pose[at]], beams)
     return replace(told, pose=sights.piece[at][told.pose])
@@ -124,35 +121,26 @@ def _on_graph(
 
 
 def _beams(
-    sights: Sights,
-    feet: Feet,
-    kept: Sequence[MapSpline],
-    poses: Float[np.ndarray, "n 3"],
-    place: Int[np.ndarray, "s"],
-    config: AdjustmentConfig,
-    fitting: FittingConfig,
+    sights: Sights, feet: Feet, counted: CountedBeams, kept: Sequence[MapSpline], place: Int[np.ndarray, "s"]
 ) -> Beams:
     """The beams that count, each with the noise of its range: that across the curve, seen along the beam."""
-    counts = feet.counts
-    pose, directions, ranges = sights.pose[counts], sights.directions[counts], sights.ranges[counts]
-    normals = se2.rotate(-poses[pose], feet.normals[counts])
-    across = across_sigma(normals, directions, ranges, fitting)
-    across = np.maximum(across, np.abs(feet.across[counts]) / config.outlier)
+    at = counted.place
+    directions, ranges = sights.directions[at], sights.ranges[at]
     return Beams(
-        pose,
-        place[sights.spline[counts]],
-        sights.points[counts] - ranges[:, None] * directions,
+        sights.pose[at],
+        place[sights.spline[at]],
+        sights.points[at] - ranges[:, None] * directions,
         directions,
         ranges,
-        feet.t[counts],
-        across / np.abs((normals * directions).sum(1)),
+        feet.t[at],
+        counted.sigma / np.abs((counted.normals * directions).sum(1)),
         tuple(spline.curve for spline in kept),
     )
 
 
 def _slides(
     sights: Sights,
-    feet: Feet,
+    counted: CountedBeams,
     curves: FlatCurves,
     poses: Float[np.ndarray, "n 3"],
     place: Int[np.ndarray, "s"],
@@ -161,7 +149,7 @@ def _slides(
     """Hold each control point along its curve, relative to the pose that saw most of the spline: a gauge, not a
     measurement. The more control points a curve has, the weaker each is held, or a long curve would be tied to one
     pose."""
-    seen, owner = sights.pose[feet.counts], place[sights.spline[feet.counts]]
+    seen, owner = sights.pose[counted.place], place[sights.spline[counted.place]]
     cuts = np.searchsorted(owner, np.arange(len(curves.degrees) + 1))
     best = np.array([int(np.bincount(seen[a:b]).argmax()) for a, b in itertools.pairwise(cuts)], dtype=np.int64)
     counts = np.diff(curves.point_start)
@@ -196,43 +184,32 @@ NOTHING_SAID = 1e-6
 
 
 def _remaining_factors(
-    factors: Sequence[PoseFactor],
-    poses: Float[np.ndarray, "n 3"],
-    sights: Sights,
-    feet: Feet,
-    config: AdjustmentConfig,
-    fitting: FittingConfig,
+    factors: Sequence[PoseFactor], told: Float[np.ndarray, "n 3 3"], config: AdjustmentConfig
 ) -> tuple[PoseFactor, ...]:
     """Odometry as it is; scan matching and loop closures by what they know and no spline says.
 
     Their beams already speak through the splines: of an information Λ the share Λ(Λ + H)⁻¹Λ is left, H being what
-    the splines tell of the same pose. Along a corridor that is nearly all, across it next to nothing.
+    the splines have `told` of the same pose. Along a corridor that is nearly all, across it next to nothing.
     """
     matched = [factor for factor in factors if factor.kind != "odometry"]
     if not matched:
         return tuple(factors)
     roots = np.array([factor.sqrt_information for factor in matched])
     known = roots.swapaxes(1, 2) @ roots
-    told = _told_by_splines(poses, sights, feet, config, fitting)[[factor.j for factor in matched]]
-    share, all_told = config.explained_weight, known + told + NOTHING_SAID * np.eye(3)
+    share, seen = config.explained_weight, told[[factor.j for factor in matched]]
+    all_told = known + seen + NOTHING_SAID * np.eye(3)
     left = iter(square_root(share * known + (1.0 - share) * known @ np.linalg.solve(all_told, known)))
     return tuple(f if f.kind == "odometry" else replace(f, sqrt_information=next(left)) for f in factors)
 
 
-def _told_by_splines(
-    poses: Float[np.ndarray, "n 3"], sights: Sights, feet: Feet, config: AdjustmentConfig, fitting: FittingConfig
-) -> Float[np.ndarray, "n 3 3"]:
-    """The information of the beams on each pose (in its own frame), the map taken as known."""
-    kept = np.flatnonzero(feet.counts)
-    pose, points = sights.pose[kept], sights.points[kept]
-    normals = se2.rotate(-poses[pose], feet.normals[kept])
-    sigma = across_sigma(normals, sights.directions[kept], sights.ranges[kept], fitting)
-    sigma = np.maximum(sigma, np.abs(feet.across[kept]) / config.outlier)
+def _told_by_splines(count: int, sights: Sights, counted: CountedBeams) -> Float[np.ndarray, "n 3 3"]:
+    """The information of the beams on each of so many poses (in its own frame), the map taken as known."""
+    pose, points, normals = sights.pose[counted.place], sights.points[counted.place], counted.normals
     turn = normals[:, 1] * points[:, 0] - normals[:, 0] * points[:, 1]
-    rows = np.column_stack([normals, turn]) / sigma[:, None]
-    told = np.empty((len(poses), 3, 3))
-    for a, b in itertools.product(range(3), range(3)):
-        told[:, a, b] = np.bincount(pose, rows[:, a] * rows[:, b], len(poses))
+    rows = np.column_stack([normals, turn]) / counted.sigma[:, None]
+    told = np.empty((count, 3, 3))
+    for a, b in itertools.combinations_with_replacement(range(3), 2):
+        told[:, a, b] = told[:, b, a] = np.bincount(pose, rows[:, a] * rows[:, b], count)
     return told
 
 
