@@ -48,6 +48,7 @@ class LoopConfig:
     agree_distance: float = 0.15
     agree_turn: float = np.deg2rad(3.0)
     contradiction: float = 10.0
+    settled: float = 0.03
     kernel: float = 1.0
 
 
@@ -225,8 +226,9 @@ class LoopCloser:
                 fresh.extend(self._confirm(proposal, keys, poses))
         self._asked = None
         self._forget(keys)
+        settled = [keys[proposal.j].travel for proposal in fresh if self._settles(proposal)]
+        self.closed_at = max([self.closed_at, *settled])
         if fresh:
-            self.closed_at = keys[fresh[-1].j].travel
             self.accepted.extend(fresh)
             self.closures.extend(proposal.closure for proposal in fresh)
         return fresh
@@ -255,6 +257,12 @@ class LoopCloser:
         self.waiting = []
         self.closures.extend(proposal.closure for proposal in found)
         self.closed_at = keys[-1].travel
+
+    def _settles(self, proposal: Proposal) -> bool:
+        """Whether a closure says in all directions where the scan is; beside a long wall it says little of the way
+        along it."""
+        weakest = float(np.linalg.eigvalsh(proposal.closure.covariance[:2, :2])[-1])
+        return weakest < self.config.settled**2
 
     def _expected(self, proposal: Proposal, poses: Float[np.ndarray, "n 3"]) -> bool:
         """Whether a closure says what the estimate says already."""

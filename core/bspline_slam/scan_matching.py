@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,8 @@ class MatchingConfig:
     """Search window, field and refinement (m, rad).
 
     `wide_…` is the window where no odometry tells where to look, `widest_…` that for a scan not found there. `pull` is
-    the correlation that a guess at the rim of the window has to win against one at its centre.
+    the correlation that a guess at the rim of the window has to win against one at its centre. Beams beyond
+    `largest_range` are used only where nearer ones leave a way open, as in a bare corridor or an empty hall.
     """
 
     cell: float = 0.05
@@ -113,12 +114,14 @@ def point_set(scan: LaserScan, config: MatchingConfig, segmentation: Segmentatio
 
 def surface_arguments(
     scan: LaserScan, config: MatchingConfig, segmentation: SegmentationConfig
-) -> tuple[tuple[Any, Any, float, float, float, float, float], tuple[float, float, float, float, float, int, float]]:
+) -> tuple[
+    tuple[Any, Any, float, float, float, float, float], tuple[float, float, float, float, float, int, float, float]
+]:
     """What `kernels.surfaces.points_with_normals` asks for, of the beams and of what a surface is."""
-    farthest = min(scan.range_max, config.largest_range)
     x, y, heading = scan.pose_robot_sensor.tolist()
-    beams = (scan.ranges, scan.bearings, scan.range_min, farthest, x, y, heading)
-    return beams, (*break_limits(scan.resolution, segmentation), config.normal_reach, config.normal_flatness)
+    beams = (scan.ranges, scan.bearings, scan.range_min, scan.range_max, x, y, heading)
+    surface = config.normal_reach, config.normal_flatness, config.largest_range
+    return beams, (*break_limits(scan.resolution, segmentation), *surface)
 
 
 def gather(sets: Sequence[PointSet], poses: Float[np.ndarray, "n 3"], bucket: float = BUCKET) -> Target:
@@ -179,6 +182,12 @@ def search(
     return np.array([x, y, float(se2.wrap(theta))]), score
 
 
+def correlation(field: Field, scan: PointSet, pose: Float[np.ndarray, "3"], config: MatchingConfig) -> float:
+    """What `search` says of one pose."""
+    points = scan.points[kernels.thin(scan.points, config.thinning)]
+    return kernels.correlation(field.values, field.origin, field.cell, points, pose)
+
+
 def settle(
     place: Surroundings,
     scan: PointSet,
@@ -207,7 +216,8 @@ def find(
     block: int | None = None,
 ) -> Match:
     """A scan searched for among others at their world poses and refined there without ICP, as one compiled call that
-    does not hold the lock of the interpreter."""
+    does not hold the lock of the interpreter. Where it fits nearly as well farther along a wall, the match says nothing
+    of the way along it."""
     points, normals = np.concatenate([one.points for one in sets]), np.concatenate([one.normals for one in sets])
     if len(points) == 0 or len(scan.points) == 0:
         return Match(guess, 0.0, 0.0, 0.0, np.zeros((3, 3)))
@@ -233,7 +243,11 @@ def find_with_icp(
     """The same with ICP between search and refinement."""
     place = surroundings(gather(sets, poses), config, block)
     found, score = search(place.field, scan, guess, config, reach, turn)
-    return settle(place, scan, found, score, config)
+    match, thinned = settle(place, scan, found, score, config), scan.points[kernels.thin(scan.points, config.thinning)]
+    information = kernels.without_rivals(
+        match.information, place.field.values, place.field.origin, config.cell, thinned, match.pose, reach
+    )
+    return replace(match, information=information)
 
 
 def refine(

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.contradiction import compared
 from bspline_slam.graph import PoseFactor, square_root
 from bspline_slam.motion import (
     MotionConfig,
@@ -28,6 +29,7 @@ from bspline_slam.scan_matching import (
     PointSet,
     Surroundings,
     Target,
+    correlation,
     gather,
     point_set,
     refine,
@@ -50,12 +52,14 @@ class TrackingConfig:
     `unsure_inliers` fit.
     Below a correlation of `lost_score`, or when less than `lost_beams` of its beams
     come back, a scan is lost and odometry is taken instead. When less than that see beyond `blocked_range` (m),
-    somebody may stand before the laser, which fits anywhere: then a scan is lost too where odometry is believed, else
-    `good_score` is asked for, and nothing is ever matched to a scan that has it not.
+    somebody may stand before the laser, which fits anywhere: then a scan is lost too, unless there is no odometry to be
+    believed and it fits where it is expected; and nothing is ever matched to it.
     `widening` multiplies the information of a match and `floor` adds to its standard deviations: neighbouring
     matches share their errors. A key scan that neither beams nor odometry tie to the one before, in any direction, lies
     within `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled;
-    `untied` (m, rad; 1 σ) is between two of which neither knows of the other.
+    `untied` (m, rad; 1 σ) is between two of which neither knows of the other. A lost scan is taken to be of another
+    place when walls were expected in `least_known` of the sectors in which its beams end, and it sees less than
+    `least_agreeing` of them.
     """
 
     distance: float = 0.5
@@ -80,6 +84,8 @@ class TrackingConfig:
     floor: tuple[float, float, float] = (0.007, 0.007, 0.003)
     lost_step: tuple[float, float, float] = (1.0, 1.0, 0.5)
     lost_travel: float = 10.0
+    least_known: float = 0.5
+    least_agreeing: float = 0.35
     untied: float = 1e3
 
 
@@ -119,8 +125,8 @@ class Tracker:
 
     `key_poses` may be replaced from outside (loop closures, adjustment); everything else hangs on them: `anchors`
     ties each scan to the key scan before it, `moves` each key scan to the one before, as tracking saw them. `strays`
-    are the key scans (by number) that were lost though there was something to see, or no odometry to go on: whatever
-    ties them to the one before is in doubt.
+    are the key scans (by number) that were lost and see another place than they should: whatever ties them to the one
+    before is in doubt.
     """
 
     config: TrackingConfig
@@ -174,15 +180,15 @@ class Tracker:
         match = self._refined(points, predicted, information)
         key = self._is_key(match.pose) or self._is_key(predicted)
         near = self._sees_less(scan, self.config.blocked_range)
-        lost = self._sees_less(scan, 0.0) or (near and believed)
+        lost = self._sees_less(scan, 0.0) or (near and (believed or match.inliers < self.config.unsure_inliers))
         doubtful = self._doubtful(match, predicted, information, far=self._far(tries[0]))
         if lost or doubtful or (not believed and self._unsure(match)):
-            match = self._searched(points, previous, tries, information, unknown=not believed)
-            lost = lost or match.score < (self.config.good_score if near else self.config.lost_score)
+            match = self._searched(points, previous, tries, information, None if believed else match.pose)
+            lost = lost or match.score < self.config.lost_score
         pose = predicted if lost else match.pose
         self._late = [*self._late, se2.between(previous, pose)][-self.motion.late_steps :]
         key = key or self._is_key(pose)
-        if key and lost and not (believed and (near or self._sees_less(scan, 0.0))):
+        if key and lost and not (believed and near) and self._elsewhere(scan, predicted):
             self.strays.append(len(self.keys))
         if key:
             self._insert(scan, NOTHING if near and lost else points, pose, odometry, None if lost else match)
@@ -280,6 +286,11 @@ class Tracker:
         seen = np.count_nonzero((scan.ranges > max(scan.range_min, beyond)) & (scan.ranges < scan.range_max))
         return bool(seen < self.config.lost_beams * len(scan.ranges))
 
+    def _elsewhere(self, scan: LaserScan, pose: Float[np.ndarray, "3"]) -> bool:
+        """Whether a scan is not what it should be at `pose`, rather than of something new."""
+        known, agreeing = compared(scan, self.local_target().points, pose, self.matching.largest_range)
+        return known > self.config.least_known and agreeing < self.config.least_agreeing * known
+
     def _still(self, step: Float[np.ndarray, "3"]) -> bool:
         return bool(np.hypot(step[0], step[1]) < self.config.still_distance and abs(step[2]) < self.config.still_turn)
 
@@ -311,16 +322,18 @@ class Tracker:
         previous: Float[np.ndarray, "3"],
         tries: tuple[Float[np.ndarray, "3"], ...],
         information: Float[np.ndarray, "3 3"],
-        *,
-        unknown: bool,
+        refined: Float[np.ndarray, "3"] | None,
     ) -> Match:
         """The best of searches around each guess of the step. Where no odometry tells of it, in a wider window, and
-        wider still when nothing good is found."""
+        wider still when nothing good is found; what is found must then do better than the pose `refined` without a
+        search, for along a bare wall all poses are as good."""
         if self._surroundings is None:
             self._surroundings = surroundings(self.local_target(), self.matching)
-        place, config, good = self._surroundings, self.matching, self.config.good_score
+        place, config, good, unknown = self._surroundings, self.matching, self.config.good_score, refined is not None
         reach, turn = (config.wide_reach, config.wide_turn) if unknown else (config.reach, config.turn)
         best, guess, best_score = previous, previous, -1.0
+        if refined is not None:
+            best, best_score = refined, correlation(place.field, points, refined, config)
         for step in apart(tries, reach, turn):
             start = se2.compose(previous, step)
             found, score = search(place.field, points, start, config, reach, turn)

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.lab.simulation import OdometryModel
 from bspline_slam.logs.indexed_log import IndexedLog
 from bspline_slam.scan import LaserScan, Records, ScanLog, increasing_times
 
@@ -90,10 +91,59 @@ def jumping_odometry(log: Recorded, rng: np.random.Generator) -> Recorded:
     return log.driven(steps)
 
 
+def drifting_odometry(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """Worn wheels: 4 % of the way, 2° in 10 m and a random walk besides."""
+    worn = OdometryModel(scale=0.04, turn_bias=float(np.radians(0.2)), turn_noise=float(np.radians(2.0)))
+    return log if log.odometry is None else replace(log, odometry=worn.drift(log.truth, rng))
+
+
+def restarted_odometry(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """The counters begin at zero again, twice."""
+    if log.odometry is None:
+        return log
+    parts = np.array_split(log.odometry, 3)
+    return replace(log, odometry=np.concatenate([se2.between(part[:1], part) for part in parts]))
+
+
 def late_odometry(log: Recorded, rng: np.random.Generator) -> Recorded:
     """Each scan has the odometry of the third scan before it."""
     odometry = log.odometry
     return log if odometry is None else replace(log, odometry=odometry[np.maximum(np.arange(len(odometry)) - 3, 0)])
+
+
+def key_scans(distance: float, turn: float) -> Torture:
+    """Only a scan each time that the robot has moved by so many metres or degrees, as corrected logs have them."""
+
+    def torture(log: Recorded, rng: np.random.Generator) -> Recorded:
+        kept = [0]
+        for k in range(1, len(log.scans)):
+            x, y, angle = se2.between(log.truth[kept[-1]], log.truth[k]).tolist()
+            if np.hypot(x, y) >= distance or abs(angle) >= np.radians(turn):
+                kept.append(k)
+        return log.chosen(kept)
+
+    return torture
+
+
+def in_turn(*tortures: Torture) -> Torture:
+    """One after the other."""
+
+    def torture(log: Recorded, rng: np.random.Generator) -> Recorded:
+        for one in tortures:
+            log = one(log, rng)
+        return log
+
+    return torture
+
+
+def swapped(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """x and y of odometry exchanged."""
+    return log if log.odometry is None else replace(log, odometry=log.odometry[:, [1, 0, 2]])
+
+
+def in_degrees(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """Headings of odometry in degrees where radians belong."""
+    return log if log.odometry is None else replace(log, odometry=log.odometry * np.array([1.0, 1.0, np.degrees(1.0)]))
 
 
 def every(n: int) -> Torture:
@@ -198,6 +248,60 @@ def out_of_order(log: Recorded, rng: np.random.Generator) -> Recorded:
     return replace(log, scans=tuple(replace(scan, stamp=float(stamp)) for scan, stamp in stamped))
 
 
+def no_clock(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """All stamps are the same."""
+    return log.seen(lambda scan: replace(scan, stamp=0.0))
+
+
+def clock_backwards(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """Stamps run backwards."""
+    return log.seen(lambda scan: replace(scan, stamp=-scan.stamp))
+
+
+def far_codes(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """What does not come back is NaN, infinite, 0, or far beyond the range, by turns."""
+
+    def look(scan: LaserScan) -> LaserScan:
+        codes = rng.choice([np.nan, np.inf, 0.0, 2.0 * scan.range_max], len(scan.ranges))
+        return replace(scan, ranges=np.where(scan.valid, scan.ranges, codes))
+
+    return log.seen(look)
+
+
+def blind(degrees: float) -> Torture:
+    """Posts of the robot itself, at its sides and behind, hide so many degrees of the view."""
+
+    def look(scan: LaserScan) -> LaserScan:
+        hidden = np.zeros(len(scan.ranges), dtype=bool)
+        for post in np.radians([-80.0, 80.0, 180.0]):
+            hidden |= np.abs(se2.wrap(scan.bearings - post)) < np.radians(degrees) / 6
+        return replace(scan, ranges=np.where(hidden, 0.15, scan.ranges))
+
+    return lambda log, rng: log.seen(look)
+
+
+def beams_vary(log: Recorded, rng: np.random.Generator) -> Recorded:
+    """Half of the beams in every third scan, the first ten missing in every fifth."""
+
+    def look(scan: LaserScan) -> LaserScan:
+        kept = slice(None, None, 2) if scan.index % 3 == 0 else slice(10 if scan.index % 5 == 0 else 0, None)
+        return replace(scan, ranges=scan.ranges[kept], bearings=scan.bearings[kept])
+
+    return log.seen(look)
+
+
+def far_noise(share: float) -> Torture:
+    """Ranges that err by such a share of themselves besides (1 σ)."""
+
+    def torture(log: Recorded, rng: np.random.Generator) -> Recorded:
+        def look(scan: LaserScan) -> LaserScan:
+            return replace(scan, ranges=scan.ranges * (1.0 + share * rng.standard_normal(len(scan.ranges))))
+
+        return log.seen(look)
+
+    return torture
+
+
 def upside_down(log: Recorded, rng: np.random.Generator) -> Recorded:
     """The laser hangs upside down and nobody says so: left is right, and the map is mirrored."""
 
@@ -217,11 +321,22 @@ TORTURES: dict[str, Torture] = {
     "odometry × 1.2": scaled(1.2, 1.2, 1.2),
     "odometry jumps": jumping_odometry,
     "odometry late": late_odometry,
+    "odometry drifts": drifting_odometry,
+    "odometry restarts": restarted_odometry,
+    "x and y swapped": swapped,
+    "turns in degrees": in_degrees,
     "laser upside down": upside_down,
     "every 2nd scan": every(2),
     "every 3rd scan": every(3),
     "every 5th scan": every(5),
+    "a scan every 0.7 m": key_scans(0.7, 20.0),
+    "0.7 m and drift": in_turn(drifting_odometry, key_scans(0.7, 20.0)),
+    "0.7 m, no odometry": in_turn(no_odometry, key_scans(0.7, 20.0)),
     "90 beams": thinned(90),
+    "beams vary": beams_vary,
+    "40° blind": blind(40.0),
+    "codes of no return": far_codes,
+    "1 % of noise": far_noise(0.01),
     "8 m of range": cut(8.0),
     "4 m of range": cut(4.0),
     "5 % garbage": garbage(0.05),
@@ -231,4 +346,6 @@ TORTURES: dict[str, Torture] = {
     "kidnapped": kidnapped,
     "messages repeated": repeated,
     "stamps jitter": out_of_order,
+    "no clock": no_clock,
+    "clock backwards": clock_backwards,
 }

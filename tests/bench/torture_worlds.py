@@ -1,6 +1,6 @@
 """Places unlike those that real logs at hand come from: a museum, convention halls, bare corridors.
 
-Each function of `PLACES` makes the log of one drive, with its truth.
+Each function of `HALLS` makes a world with a laser and a drive in it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 
 from bspline_slam.lab.drive import Drive
-from bspline_slam.lab.simulation import SimulatedLog, simulate
 from bspline_slam.lab.world import Laser, World
 from bspline_slam.lab.world_file import Shapes, box, circle, curved_wall, polyline, wall
 
@@ -112,7 +111,7 @@ def hall(seen_by: Laser, **drive: float) -> World:
 def empty_hall(seen_by: Laser, **drive: float) -> World:
     """The same hall with hardly anything in it: a laser of 8 m sees nothing for long stretches."""
     shapes = [polyline([(0, 0), (80, 0), (80, 60), (0, 60)], closed=True)]
-    shapes += [box((x, y), (0.8, 0.8), 10) for x in (20, 40, 60) for y in (15, 45)]
+    shapes += [box((x, y), (0.8, 0.8), 10) for x in (20, 40, 60) for y in (20, 45)]
     way = [
         (3.0, 3.0),
         (40.0, 10.0),
@@ -157,7 +156,7 @@ def offices(seen_by: Laser, **drive: float) -> World:
     return world("offices", shapes, seen_by, way, **drive)
 
 
-PLACES: dict[str, Callable[[], World]] = {
+HALLS: dict[str, Callable[[], World]] = {
     "museum": lambda: museum(laser(180, 1.0, 80.0)),
     "museum, 360 beams": lambda: museum(laser(180, 0.5, 30.0)),
     "museum, all round, 8 m": lambda: museum(laser(360, 1.0, 8.0)),
@@ -171,8 +170,3 @@ PLACES: dict[str, Callable[[], World]] = {
     "offices, all round": lambda: offices(laser(360, 1.0, 12.0, (-0.2, 0.1, 90.0))),
     "offices, turns of 90°/s": lambda: offices(laser(180, 0.5, 30.0), speed=1.0, turn_rate=90.0, period=0.1),
 }
-
-
-def drive_through(place: str, seed: int = 0) -> SimulatedLog:
-    """The log of a drive through a place."""
-    return simulate(PLACES[place](), rng=np.random.default_rng(seed))

@@ -98,6 +98,17 @@ def test_a_closure_that_would_move_the_map_waits_for_a_second_one_that_agrees() 
     assert sum(closure.accepted for closure in closer.closures) == 2
 
 
+def test_a_closure_along_a_bare_wall_leaves_the_search_as_wide_as_it_was() -> None:
+    wall = np.array([[[-50.0, 0.0], [50.0, 0.0]]])
+    for walls, settled in ((wall, False), (ROOM, True)):
+        closer = LoopCloser(LoopConfig(half_width=2, least_travel=4.0, tries=1), MatchingConfig(), TrackingConfig())
+        keys = [key(p, 0.2 * k, k, walls) for k, p in enumerate(START)]
+        keys, poses = [*keys, key(START[2], 20.0, 99, walls)], np.vstack([START, START[2]])
+        closer.look(keys, poses)
+        assert len(closer.found(keys, poses)) == 1
+        assert (closer.closed_at == 20.0) == settled
+
+
 def test_a_closure_that_nobody_confirms_is_rejected_and_says_so() -> None:
     closer = LoopCloser(LoopConfig(half_width=2, least_travel=4.0, tries=1), MatchingConfig(), TrackingConfig())
     truth = np.array([1.9, 1.4, 0.4])

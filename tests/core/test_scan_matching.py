@@ -15,6 +15,7 @@ from bspline_slam.scan_matching import (
     MatchingConfig,
     PointSet,
     find,
+    find_with_icp,
     gather,
     point_set,
     refine,
@@ -190,3 +191,41 @@ def test_nothing_is_made_up_between_surfaces() -> None:
     assert not ((along > 2.71) & (along < 4.19)).any()
     assert np.diff(np.sort(along[(along > 0.29) & (along < 2.41)])).max() < 0.11
     assert not ((filled[:, 0] > 6.91) & (filled[:, 0] < 7.39)).any()
+
+
+CORRIDOR = np.array([[[-60.0, 0.0], [45.0, 0.0]], [[-60.0, 2.0], [45.0, 2.0]], [[45.0, 0.0], [45.0, 2.0]]])
+"""Bare walls, whose one end is far away and whose other is out of sight."""
+
+
+def in_corridor(x: float, seed: int, range_max: float) -> PointSet:
+    scan = room_scan(np.array([x, 1.0, 0.0]), np.random.default_rng(seed), walls=CORRIDOR, beams=1081)
+    return point_set(replace(scan, range_max=range_max), CONFIG, SegmentationConfig())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_bare_wall_says_nothing_of_the_way_along_it(seed: int) -> None:
+    poses = np.array([[0.0, 1.0, 0.0], [0.5, 1.0, 0.0]])
+    sets, scan = [in_corridor(x, 10 * seed + k, 8.0) for k, x in enumerate(poses[:, 0])], in_corridor(0.3, seed, 8.0)
+    guess = np.array([0.35, 1.02, 0.01])
+    for match in (
+        refine(gather(sets, poses), scan, guess, CONFIG),
+        find(sets, poses, scan, guess, CONFIG, 0.4, 0.2),
+        find_with_icp(sets, poses, scan, guess, CONFIG, 0.4, 0.2),
+    ):
+        assert abs(match.pose[1] - 1.0) < 0.01
+        assert match.information[0, 0] < 1.0 / 0.3**2
+        assert match.information[1, 1] > 1.0 / 0.005**2
+
+
+def test_a_room_says_where_a_scan_is_in_all_directions() -> None:
+    scan = seen_from(HERE, 21)
+    match = find([seen_from(pose, k) for k, pose in enumerate(MAP_POSES)], MAP_POSES, scan, HERE, CONFIG, 0.4, 0.2)
+    assert np.linalg.eigvalsh(match.information[:2, :2]).min() > 1.0 / 0.005**2
+
+
+def test_far_beams_count_where_near_ones_leave_a_way_open() -> None:
+    assert in_corridor(0.0, 0, 80.0).points[:, 0].max() > 44.0
+    walled = np.concatenate([CORRIDOR, [[[2.0, 0.0], [2.0, 0.9]]]])
+    scan = room_scan(np.array([0.0, 1.0, 0.0]), np.random.default_rng(1), walls=walled, beams=1081)
+    points = point_set(replace(scan, range_max=80.0), CONFIG, SegmentationConfig()).points
+    assert np.hypot(*points.T).max() <= CONFIG.largest_range + 0.1

@@ -133,6 +133,43 @@ def test_a_blocked_scan_is_lost_however_well_it_fits_where_odometry_tells_of_the
         assert one.track(scan, path[k]).lost == (k == 20)
 
 
+def test_a_blocked_scan_is_lost_where_there_is_no_odometry_either() -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(12), tracker()
+    for k, pose in enumerate(path[:30]):
+        scan = room_scan(pose, rng, index=k, walls=AROUND)
+        if 20 <= k < 22:
+            scan = replace(scan, ranges=np.full(361, 0.4) + rng.normal(0.0, 0.01, 361))
+        assert one.track(scan, None).lost == (20 <= k < 22)
+    off = se2.between(se2.between(path[0], path[29]), one.poses[-1])
+    assert np.hypot(off[0], off[1]) < 0.05
+
+
+POSTS = np.array(
+    [[[1.0, 0.8], [1.0, 1.8]], [[1.0, 1.8], [2.0, 2.8]], [[30.0, 0.8], [30.0, 1.8]], [[30.0, 1.8], [31.0, 0.0]]]
+)
+"""Little to see, and that far apart."""
+
+
+@pytest.mark.parametrize(
+    ("walls", "steps", "there", "elsewhere"),
+    [
+        (AROUND, loop_path(60)[:6], AROUND[:, ::-1] * 1.9 - 0.6, True),
+        (POSTS, [[x, 1.0, 0.0] for x in (-3.0, -2.8)], POSTS, False),
+    ],
+)
+def test_a_lost_scan_strays_only_if_it_shows_another_place_than_it_should(
+    walls: np.ndarray, steps: list[list[float]], there: np.ndarray, elsewhere: bool
+) -> None:
+    """Not when all that was known is out of range, and what comes into view is new."""
+    rng, one, path = np.random.default_rng(13), tracker(), np.array(steps)
+    for k, pose in enumerate(path):
+        one.track(replace(room_scan(pose, rng, index=k, walls=walls), range_max=8.0), pose)
+    pose = path[-1] if elsewhere else np.array([26.0, 1.0, 0.0])
+    last = replace(room_scan(pose, rng, index=9, walls=there), range_max=8.0)
+    assert one.track(last, se2.compose(pose, np.array([0.3, 0.0, 0.0]))).lost
+    assert bool(one.strays) == elsewhere
+
+
 def test_standing_still_makes_no_key_scans() -> None:
     rng, one, pose = np.random.default_rng(7), tracker(), np.array([2.0, 1.5, 0.0])
     keys = [one.track(room_scan(pose, rng, index=k, walls=AROUND), pose).key for k in range(10)]

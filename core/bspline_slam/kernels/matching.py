@@ -7,6 +7,10 @@ from numba import njit
 
 STILL = 1e-5
 """A step of Gauss–Newton below this (m and rad) changes nothing that anybody could see."""
+APART, RIVAL = 0.3, 0.9
+"""A place so far along a wall (m) is another one, and as good when its correlation is such a share of the best."""
+OPEN = 1e-3
+"""Squared error of a normal (rad²): that of a few neighbouring beams."""
 FILLED, FLAT, LEAP = 0.1, 0.1, 1.6
 """Points on a surface are never farther apart than this (m), where it is flat (sine of an angle) and the gap between
 beams is no leap (ratio)."""
@@ -146,6 +150,41 @@ def search(field, bounds, block, origin, cell, points, start, reach_xy, reach_th
         start[2] + (best_r - turns) * step_theta,
         float(best_plain),
     )
+
+
+@njit(cache=True, nogil=True)
+def correlation(field, origin, cell, points, pose):
+    """Mean of the field under points at a pose (x, y, θ)."""
+    x, y, c, s = pose[0] - origin[0], pose[1] - origin[1], math.cos(pose[2]), math.sin(pose[2])
+    rows, columns = field.shape
+    total = 0.0
+    for k in range(len(points)):
+        i = int(math.floor((x + c * points[k, 0] - s * points[k, 1]) / cell))
+        j = int(math.floor((y + s * points[k, 0] + c * points[k, 1]) / cell))
+        if 0 <= i < rows and 0 <= j < columns:
+            total += field[i, j]
+    return total / max(len(points), 1)
+
+
+@njit(cache=True, nogil=True)
+def without_rivals(information, field, origin, cell, points, pose, reach):
+    """The information of a match without what it says along its weakest direction, if points fit nearly as well (RIVAL
+    of the correlation) somewhere else along it, from APART to `reach` (m) off."""
+    half = 0.5 * (information[0, 0] - information[1, 1])
+    angle = 0.5 * math.atan2(information[0, 1], half) + 0.5 * math.pi
+    ux, uy = math.cos(angle), math.sin(angle)
+    first, last = int(math.ceil(APART / cell)), int(max(reach, APART) / cell)
+    rival = 0.0
+    for step in range(-last, last + 1):
+        if abs(step) >= first:
+            there = np.array([pose[0] + step * cell * ux, pose[1] + step * cell * uy, pose[2]])
+            rival = max(rival, correlation(field, origin, cell, points, there))
+    if rival < RIVAL * correlation(field, origin, cell, points, pose):
+        return information
+    S = np.eye(3)
+    S[0, 0], S[1, 1] = 1.0 - ux * ux, 1.0 - uy * uy
+    S[0, 1] = S[1, 0] = -ux * uy
+    return S @ information @ S
 
 
 @njit(cache=True)
@@ -294,6 +333,28 @@ def _solve3(A, b):
 
 
 @njit(cache=True, nogil=True)
+def _forget_open_way(H, g):
+    """Take out of normal equations of (x, y, θ), in place, what the noise of normals alone says of a position.
+
+    A long wall holds a scan along itself as firmly as its normals err, OPEN of all information, which is nothing but
+    error. Each principal direction of position keeps the rest: H ← SHS and g ← Sg, S scaling by what is left.
+    """
+    mean, half = 0.5 * (H[0, 0] + H[1, 1]), 0.5 * (H[0, 0] - H[1, 1])
+    spread = math.sqrt(half * half + H[0, 1] * H[0, 1])
+    angle = 0.5 * math.atan2(H[0, 1], half)
+    c, s = math.cos(angle), math.sin(angle)
+    noise = 2.0 * OPEN * mean
+    large = math.sqrt(max(1.0 - noise / max(mean + spread, 1e-12), 0.0))
+    small = math.sqrt(max(1.0 - noise / max(mean - spread, 1e-12), 0.0))
+    S = np.eye(3)
+    S[0, 0] = large * c * c + small * s * s
+    S[1, 1] = large * s * s + small * c * c
+    S[0, 1] = S[1, 0] = (large - small) * c * s
+    H[:] = S @ H @ S
+    g[:] = S @ g
+
+
+@njit(cache=True, nogil=True)
 def refine(
     points, point_normals, target, normals, start, origin, shape, cell,
     pose, prior, prior_information, sigma, gates, inlier_gate,
@@ -350,6 +411,7 @@ def refine(
             g[1] += w * ty * r
             g[2] += w * jt * r
         H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+        _forget_open_way(H, g)
         information = H
         if last:
             break
@@ -385,6 +447,7 @@ def find_and_refine(
         scan, scan_normals, target, across, start, origin, shape, bucket, found, found, prior_information, sigma,
         gates, inlier_gate,
     )  # fmt: skip
+    information = without_rivals(information, field, corner, cell, thinned, pose, reach)
     return pose, information, inliers, rms, score
 
 

@@ -5,6 +5,11 @@ import math
 import numpy as np
 from numba import njit
 
+WITHIN = 0.1
+"""Points so near (m) always count for a normal."""
+ONE_WAY = 0.05
+"""Share of all walls that must stop a motion in every direction."""
+
 
 @njit(cache=True)
 def beam_ends(ranges, bearings, nearest, farthest, x, y, heading):
@@ -45,7 +50,8 @@ def breakpoints(ranges, bearings, incidence, allowance, leap, leap_ratio, widest
 
 @njit(cache=True)
 def normals_of_runs(points, breaks, x, y, reach, turn_limit):
-    """Unit normals towards (x, y) by principal axes of up to `reach` neighbours each side on the same surface.
+    """Unit normals towards (x, y) by principal axes of the neighbours on the same surface: up to `reach` each side, and
+    more where these lie so close together that noise would turn the axes (WITHIN, m).
 
     `breaks` says whether the surface breaks after each point but the last. A normal is (0, 0) where fewer than three
     points stand on one surface or they do not lie along a line.
@@ -54,10 +60,10 @@ def normals_of_runs(points, breaks, x, y, reach, turn_limit):
     out = np.zeros((n, 2))
     for i in range(n):
         first = i
-        while first > max(0, i - reach) and not breaks[first - 1]:
+        while first > 0 and not breaks[first - 1] and (first > i - reach or _within(points, first - 1, i)):
             first -= 1
         last = i
-        while last < min(n - 1, i + reach) and not breaks[last]:
+        while last < n - 1 and not breaks[last] and (last < i + reach or _within(points, last + 1, i)):
             last += 1
         count = last + 1 - first
         if count < 3:
@@ -89,6 +95,12 @@ def normals_of_runs(points, breaks, x, y, reach, turn_limit):
 
 
 @njit(cache=True)
+def _within(points, j, i):
+    dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+    return dx * dx + dy * dy < WITHIN * WITHIN
+
+
+@njit(cache=True)
 def chord_normals(points, sizes, reach):
     """Unit normals of several polygons, `sizes[k]` points each: the chord over ±`reach` points turned left."""
     out = np.zeros((len(points), 2))
@@ -107,9 +119,33 @@ def chord_normals(points, sizes, reach):
 @njit(cache=True, nogil=True)
 def points_with_normals(
     ranges, bearings, nearest, farthest, x, y, heading,
+    incidence, allowance, leap, leap_ratio, widest, reach, turn_limit, enough,
+):  # fmt: skip
+    """`beam_ends` with the `normals_of_runs` between their `breakpoints`, in one call. Beams beyond `enough` (m) are
+    left out where those before it say where the sensor is."""
+    args = (x, y, heading, incidence, allowance, leap, leap_ratio, widest, reach, turn_limit)
+    points, normals = _with_normals(ranges, bearings, nearest, min(enough, farthest), *args)
+    if enough >= farthest or pinned(normals):
+        return points, normals
+    return _with_normals(ranges, bearings, nearest, farthest, *args)
+
+
+@njit(cache=True)
+def pinned(normals):
+    """Whether walls with these normals stop a motion in any direction: ONE_WAY of them face each."""
+    xx = xy = yy = 0.0
+    for k in range(len(normals)):
+        xx += normals[k, 0] * normals[k, 0]
+        xy += normals[k, 0] * normals[k, 1]
+        yy += normals[k, 1] * normals[k, 1]
+    return 0.5 * (xx + yy - math.sqrt((xx - yy) ** 2 + 4.0 * xy * xy)) > ONE_WAY * len(normals)
+
+
+@njit(cache=True)
+def _with_normals(
+    ranges, bearings, nearest, farthest, x, y, heading,
     incidence, allowance, leap, leap_ratio, widest, reach, turn_limit,
 ):  # fmt: skip
-    """`beam_ends` with the `normals_of_runs` between their `breakpoints`, in one call."""
     beams, points = beam_ends(ranges, bearings, nearest, farthest, x, y, heading)
     if len(beams) < 2:
         return points, np.zeros_like(points)
