@@ -21,10 +21,11 @@ class LoopConfig:
     """Which earlier places are tried (m travelled since, m apart), how far the search reaches, and what is believed.
 
     The search window grows from `least_reach` by `drift` metres per metre travelled since the last accepted closure,
-    at most to `most_reach`; beyond `wide_reach` it is searched in blocks of `wide_block` cells. A closure that would
-    move the map by more than `sure_distance` or `sure_turn` waits until a second one, at most `confirm_travel` on,
-    agrees with it within `agree_distance` and `agree_turn`. One that the finished poses still put so far off, and by
-    more than `contradiction` standard deviations, was wrong.
+    at most to `most_reach`; beyond `wide_reach` it is searched in blocks of `wide_block` cells. Only closures that know
+    the place to `settled` (m, 1 σ) in every direction count as such. A closure that would move the map by more than
+    `sure_distance` or `sure_turn` waits until a second one, at most `confirm_travel` on, agrees with it within
+    `agree_distance` and `agree_turn`. One that the finished poses still put so far off, and by more than
+    `contradiction` standard deviations, was wrong.
     """
 
     least_travel: float = 8.0
@@ -48,7 +49,7 @@ class LoopConfig:
     agree_distance: float = 0.15
     agree_turn: float = np.deg2rad(3.0)
     contradiction: float = 10.0
-    settled: float = 0.03
+    settled: float = 0.1
     kernel: float = 1.0
 
 
@@ -271,9 +272,9 @@ class LoopCloser:
 
     def _confirm(self, proposal: Proposal, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
         """The waiting proposals that agree with this one, and itself; else it starts to wait (pairwise
-        consistency)."""
+        consistency). Proposals of which none knows the place in all directions prove nothing together."""
         agreeing = [other for other in self.waiting if other.j != proposal.j and self._agree(other, proposal, poses)]
-        if not agreeing:
+        if not agreeing or not any(map(self._settles, (*agreeing, proposal))):
             self.waiting.append(proposal)
             return []
         self.waiting = [other for other in self.waiting if other not in agreeing]

@@ -169,22 +169,26 @@ def correlation(field, origin, cell, points, pose):
 @njit(cache=True, nogil=True)
 def without_rivals(information, field, origin, cell, points, pose, reach):
     """The information of a match without what it says along its weakest direction, if points fit nearly as well (RIVAL
-    of the correlation) somewhere else along it, from APART to `reach` (m) off."""
-    half = 0.5 * (information[0, 0] - information[1, 1])
-    angle = 0.5 * math.atan2(information[0, 1], half) + 0.5 * math.pi
-    ux, uy = math.cos(angle), math.sin(angle)
+    of the correlation) somewhere else along it, from APART to `reach` (m) off.
+
+    Along a bent wall that direction turns as it goes: it is d = (u, ω), u the principal axis of the position's
+    covariance and ω the turn that goes with it. What is left is H − H d dᵀ H / (dᵀ H d).
+    """
+    covariance = np.linalg.inv(information + 1e-6 * np.eye(3))
+    half = 0.5 * (covariance[0, 0] - covariance[1, 1])
+    angle = 0.5 * math.atan2(covariance[0, 1], half)
+    d = np.array([math.cos(angle), math.sin(angle), 0.0])
+    along = covariance @ d
+    d[2] = along[2] / (d[0] * along[0] + d[1] * along[1])
     first, last = int(math.ceil(APART / cell)), int(max(reach, APART) / cell)
     rival = 0.0
     for step in range(-last, last + 1):
         if abs(step) >= first:
-            there = np.array([pose[0] + step * cell * ux, pose[1] + step * cell * uy, pose[2]])
-            rival = max(rival, correlation(field, origin, cell, points, there))
+            rival = max(rival, correlation(field, origin, cell, points, pose + step * cell * d))
     if rival < RIVAL * correlation(field, origin, cell, points, pose):
         return information
-    S = np.eye(3)
-    S[0, 0], S[1, 1] = 1.0 - ux * ux, 1.0 - uy * uy
-    S[0, 1] = S[1, 0] = -ux * uy
-    return S @ information @ S
+    told = information @ d
+    return information - np.outer(told, told) / max(d @ told, 1e-9)
 
 
 @njit(cache=True)
