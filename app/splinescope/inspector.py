@@ -128,6 +128,8 @@ def describe_spline(spline_id: int, world: MapView, steps: Mapping[int, SlamStep
             ellipse_axes(covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2])[0] for i in range(len(covariance) // 2)
         )
         rows.append(("least certain point, 2σ", millimetres(largest)))
+    if spline.left_out > 0.0:
+        rows.append(("waves left out, 2σ", millimetres(2.0 * np.sqrt(spline.left_out))))
     return Description(
         f"Spline {spline_id}", "A curve of the map that key scans are tied to.", tuple(rows), spline.history
     )

@@ -2,12 +2,12 @@
 
 Notation: p and τ are the place and the unit direction of a thing, n its normal, κ the curvature of a curve, H the
 Gauss-Newton matrix of the whole problem. Any row vector J of derivatives has the variance J H⁻¹ Jᵀ, correlations
-between the two things included.
+between the two things included; a place on a wall has what its curve leaves out beside that.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -69,13 +69,15 @@ class Measurement:
 @dataclass(frozen=True, eq=False, slots=True)
 class Thing:
     """A picked thing at the estimate: its place (m), its direction (rad, None where it has none; `sense` if it differs
-    from its opposite), and their derivatives by all unknowns."""
+    from its opposite), and their derivatives by all unknowns. `own` is the covariance (m²) of the place that no unknown
+    has a part in: what a curve leaves out of its wall."""
 
     place: Float[np.ndarray, "2"]
     place_by: Float[np.ndarray, "2 u"]
     direction: float | None = None
     direction_by: Float[np.ndarray, "u"] | None = None
     sense: bool = True
+    own: Float[np.ndarray, "2 2"] = field(default_factory=lambda: np.zeros((2, 2)))
 
 
 def factorised(estimate: Estimate) -> Factor:
@@ -102,7 +104,9 @@ def measure(estimate: Estimate, splines: SplineMap, factor: Factor, first: Picke
     if a.direction_by is not None and b.direction_by is not None:
         rows.append(b.direction_by - a.direction_by)
     stacked = np.stack(rows, axis=1)
-    sigmas = np.sqrt(np.maximum(np.einsum("uk,uk->k", stacked, factor.solve(stacked)), 0.0))
+    variances = np.einsum("uk,uk->k", stacked, factor.solve(stacked))
+    variances[0] += gap @ (a.own + b.own) @ gap / distance**2
+    sigmas = np.sqrt(np.maximum(variances, 0.0))
     return Measurement(distance, float(sigmas[0]), angle, None if angle is None else float(sigmas[1]))
 
 
@@ -112,7 +116,7 @@ def thing_of(estimate: Estimate, splines: SplineMap, picked: Picked) -> Thing:
         case PickedPose(scan=scan):
             return _pose(estimate, scan)
         case PickedPlace(spline=spline, t=t):
-            return _place(estimate, _curve(estimate, splines, spline), spline, t)
+            return _place(estimate, _curve(estimate, splines, spline), spline, t, splines[spline].left_out)
         case PickedControlPoint(spline=spline, number=number):
             return _control_point(estimate, spline, number)
 
@@ -136,7 +140,7 @@ def _control_point(estimate: Estimate, spline: int, number: int) -> Thing:
     return Thing(estimate.control_points[(column - 3 * len(estimate.poses)) // 2], place_by)
 
 
-def _place(estimate: Estimate, curve: BSpline, spline: int, t: float) -> Thing:
+def _place(estimate: Estimate, curve: BSpline, spline: int, t: float, left_out: float) -> Thing:
     """Where the curve cuts the normal at t: with the curve's own move s along its tangent goes a move of −s/|s′| in t,
     which turns the tangent by −κ s."""
     at = np.array([min(max(t, curve.domain[0]), curve.domain[1])])
@@ -148,7 +152,8 @@ def _place(estimate: Estimate, curve: BSpline, spline: int, t: float) -> Thing:
     moves, turns = (_by_control_points(estimate.graph, curve, spline, at, order) for order in (0, 1))
     direction_by = normal @ turns / length - curvature * (tangent @ moves)
     heading = float(np.arctan2(tangent[1], tangent[0]))
-    return Thing(curve(at)[0], np.outer(normal, normal @ moves), heading, direction_by, sense=False)
+    own = left_out * np.outer(normal, normal)
+    return Thing(curve(at)[0], np.outer(normal, normal @ moves), heading, direction_by, sense=False, own=own)
 
 
 def _by_control_points(

@@ -18,6 +18,10 @@ class MapSpline:
     `span` is the stretch of parameters that scans support (the curve is not drawn or matched beyond it).
     `born` is the index of the scan that started it, `observations` how many key scans saw it, and `history`
     one sentence per thing that happened to it (`grew by 0.8 m at scan 120`).
+
+    `left_out` is the variance (m²) of the wall about the curve that plainer curves have and richer ones have not
+    (`bspline_slam.knots.left_out`): small waves between knots. Covariances of control points are those of the curve, and
+    tell nothing of it; a place on the wall has it beside them, one independent of others more than a knot apart.
     """
 
     id: int
@@ -26,6 +30,7 @@ class MapSpline:
     born: int
     observations: int = 1
     history: tuple[str, ...] = ()
+    left_out: float = 0.0
 
     def sample(self, spacing: float) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s 2"]]:
         """Parameters and world points of the supported stretch, about `spacing` metres apart."""

@@ -118,3 +118,16 @@ def test_a_thing_has_no_distance_from_itself(solved: tuple[Estimate, SplineMap])
 def test_what_was_not_solved_is_named(solved: tuple[Estimate, SplineMap], picked: Picked) -> None:
     with pytest.raises(SolverError, match="99"):
         thing_of(*solved, picked)
+
+
+def test_a_place_on_a_wall_is_less_sure_by_what_its_curve_leaves_out(solved: tuple[Estimate, SplineMap]) -> None:
+    estimate, splines = solved
+    factor, pair = factorised(estimate), (PickedPose(1), PickedPlace(0, 0.7))
+    straying = SplineMap(tuple(replace(spline, left_out=1e-2) for spline in splines))
+    before, after = (measure(estimate, each, factor, *pair) for each in (splines, straying))
+    assert before.distance_sigma is not None
+    assert after.distance_sigma is not None
+    place = splines[0].curve(np.array([0.7]))[0]
+    towards = (place - estimate.poses[1, :2]) / before.distance
+    across = float(towards @ splines[0].curve.normals(np.array([0.7]))[0])
+    assert after.distance_sigma**2 - before.distance_sigma**2 == pytest.approx(1e-2 * across**2)

@@ -94,7 +94,8 @@ def merge_splines(decisions: Decisions, edit: MergeSplines, model: Model) -> Dec
         raise EditError(f"splines {kept.id} and {gone.id} lie {gap:.2f} m apart")
     merged = lengthened_through(kept, samples, model)
     history = (*kept.history, f"merged by hand with spline {gone.id}")
-    merged = replace(merged, born=min(kept.born, gone.born), history=history)
+    left_out = max(kept.left_out, gone.left_out)
+    merged = replace(merged, born=min(kept.born, gone.born), history=history, left_out=left_out)
     decisions = decisions.with_spline(merged).without_spline(gone.id)
     for number, key in enumerate(decisions.keys):
         if any(association.spline == gone.id for association in key.associations):

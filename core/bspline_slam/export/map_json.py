@@ -65,6 +65,7 @@ def _spline_to_dict(spline: MapSpline, covariance: Float[np.ndarray, "d d"] | No
         "born": spline.born,
         "observations": spline.observations,
         "history": list(spline.history),
+        "left_out": float(f"{spline.left_out:.9g}"),
         "covariance": None if covariance is None else _rounded(covariance),
     }
 
@@ -85,4 +86,5 @@ def _spline_from_dict(row: dict[str, Any]) -> MapSpline:
         born=row["born"],
         observations=row["observations"],
         history=tuple(row["history"]),
+        left_out=float(row.get("left_out", 0.0)),
     )

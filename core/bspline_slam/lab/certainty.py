@@ -13,15 +13,17 @@ from bspline_slam.spline_map import SplineMap
 
 
 def sigma_across(
-    curve: BSpline, covariance: Float[np.ndarray, "d d"], t: Float[np.ndarray, "m"]
+    curve: BSpline, covariance: Float[np.ndarray, "d d"], t: Float[np.ndarray, "m"], left_out: float = 0.0
 ) -> Float[np.ndarray, "m"]:
-    """Standard deviation (m) of the curve along its normal at each t, by the covariance of (c_1x, c_1y, c_2x, …)."""
+    """Standard deviation (m) of a wall along the normal of its curve at each t, by the covariance of (c_1x, c_1y,
+    c_2x, …) and the variance (m²) of what the curve leaves out."""
     first, weights = basis_rows(curve.knots, curve.degree, t)
     active = first[:, None] + np.arange(curve.degree + 1)
     blocks = covariance.reshape(len(curve.control_points), 2, len(curve.control_points), 2)
     among = blocks[active[:, :, None], :, active[:, None, :], :]
     direction = weights[:, :, None] * curve.normals(t)[:, None, :]
-    return np.sqrt(np.maximum(np.einsum("mki,mklij,mlj->m", direction, among, direction), 0.0))
+    variance = np.einsum("mki,mklij,mlj->m", direction, among, direction)
+    return np.sqrt(np.maximum(variance, 0.0) + left_out)
 
 
 def sigmas_along(splines: SplineMap, covariances: Mapping[int, Float[np.ndarray, "d d"]]) -> Stretches:
@@ -36,5 +38,5 @@ def sigmas_along(splines: SplineMap, covariances: Mapping[int, Float[np.ndarray,
         if covariance is None:
             value.append(np.full(len(middle), np.nan))
         else:
-            value.append(sigma_across(one.curve, covariance, middle))
+            value.append(sigma_across(one.curve, covariance, middle, one.left_out))
     return Stretches(*(np.concatenate(column) for column in (spline, start, end, value)))

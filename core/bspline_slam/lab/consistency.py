@@ -225,7 +225,8 @@ def curve_errors(
         across = curves.distances(spline.curve(t), normals)
         rows = (spline.curve.basis(t)[:, :, None] * normals[:, None, :]).reshape(len(t), -1)
         gain = rows @ marginals.splines[spline.id]
-        value, free = nees(across, gain @ rows.T, LEAST_DEVIATION**2, gain @ held[spline.id] @ gain.T)
+        covariance = gain @ rows.T + spline.left_out * np.eye(len(t))
+        value, free = nees(across, covariance, LEAST_DEVIATION**2, gain @ held[spline.id] @ gain.T)
         total, dof = total + value, dof + free
     return total, dof
 

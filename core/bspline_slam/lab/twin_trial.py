@@ -174,7 +174,7 @@ def curve_errors(
         if spline.id in found.splines and near.any():
             rows = (spline.curve.basis(t)[:, :, None] * normals[:, None, :]).reshape(len(t), -1)
             variance = np.einsum("ti,ij,tj->t", rows, found.splines[spline.id], rows)
-            variance = frame.across(points, normals, rows, column[spline.id], variance)
+            variance = frame.across(points, normals, rows, column[spline.id], variance) + spline.left_out
             squares.append((true.distances(points, normals) ** 2 / variance)[near])
             owners.append(np.full(int(near.sum()), spline.id))
             at_end.append(ends.query(points[near])[0] < AT_END)

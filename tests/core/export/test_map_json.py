@@ -18,7 +18,7 @@ def a_map(rng: np.random.Generator) -> tuple[SplineMap, dict[int, np.ndarray]]:
     splines = []
     for spline_id, degree, count in ((3, 3, 7), (8, 2, 4), (9, 1, 2)):
         curve = BSpline(degree, uniform_knots(0.5, 0.4, count, degree), rng.normal(0.0, 5.0, (count, 2)))
-        splines.append(MapSpline(spline_id, curve, curve.domain, born=12, observations=4, history=("started",)))
+        splines.append(MapSpline(spline_id, curve, curve.domain, 12, 4, ("started",), left_out=count * 1e-7))
     root = rng.normal(0.0, 0.01, (14, 14))
     return SplineMap(tuple(splines)), {3: root @ root.T}
 
@@ -34,6 +34,7 @@ def test_a_map_comes_back_as_it_was(tmp_path: Path) -> None:
         np.testing.assert_allclose(after.curve.control_points, before.curve.control_points, atol=1e-7)
         np.testing.assert_allclose(after.span, before.span, atol=1e-7)
         assert (after.born, after.observations, after.history) == (12, 4, ("started",))
+        assert after.left_out == pytest.approx(before.left_out, rel=1e-8)
     assert covariances_again.keys() == {3}
     np.testing.assert_allclose(covariances_again[3], covariances[3], rtol=1e-8)
 
@@ -59,3 +60,12 @@ def test_files_that_are_no_map(tmp_path: Path, text: str, sentence: str) -> None
     (tmp_path / "m.json").write_text(text)
     with pytest.raises(LogError, match=sentence):
         map_from_json(tmp_path / "m.json")
+
+
+def test_a_map_from_before_tells_of_nothing_left_out(tmp_path: Path) -> None:
+    map_to_json(*a_map(np.random.default_rng(2)), tmp_path / "map.json")
+    data = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
+    for row in data["splines"]:
+        del row["left_out"]
+    (tmp_path / "old.json").write_text(json.dumps(data), encoding="utf-8")
+    assert {spline.left_out for spline in map_from_json(tmp_path / "old.json")[0]} == {0.0}

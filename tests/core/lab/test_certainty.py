@@ -38,3 +38,11 @@ def test_stretches_of_a_spline_without_covariance_are_not_known() -> None:
     found = sigmas_along(splines, {7: 1e-4 * np.eye(16)})
     assert np.isnan(found.value[found.spline == 4]).all()
     assert (found.value[found.spline == 7] <= 0.01).all()
+
+
+def test_what_a_curve_leaves_out_is_as_uncertain_everywhere() -> None:
+    rng = np.random.default_rng(3)
+    curve = bent(rng)
+    t = np.linspace(*curve.domain, 5)
+    plain, straying = (sigma_across(curve, 1e-6 * np.eye(16), t, left_out) for left_out in (0.0, 4e-6))
+    assert straying**2 - plain**2 == pytest.approx(4e-6)
