@@ -30,8 +30,7 @@ class Places:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlainerCurve:
-    """A curve that stands for a richer one, and the variance (m²) of the wall about it that no beam of its own tells of:
-    that of what the richer one had more."""
+    """A curve that stands for a richer one, and the variance (m²) of the wall about it by what that one had more."""
 
     curve: BSpline
     left_out: float = 0.0
@@ -93,7 +92,7 @@ def _cheapest(curve: BSpline, degree: int, places: Places, best: Trial) -> Trial
 def _without_more(curve: BSpline, degree: int, kept: Bool[np.ndarray, "k"], places: Places, best: Trial) -> Trial:
     """The plainer curve without the knots that others, put back after them, made needless: tried one by one, round and
     round, until each that is left is worth its while."""
-    left, tried = np.flatnonzero(kept).tolist(), 0
+    kept, left, tried = kept.copy(), np.flatnonzero(kept).tolist(), 0
     while tried < len(left):
         knot = left.pop(0)
         kept[knot] = False
@@ -130,9 +129,7 @@ def left_out(rich: BSpline, plain: BSpline, places: Places) -> float:
     return float(np.mean(share**2 * apart**2 + share * surer))
 
 
-def _variances(
-    curve: BSpline, places: Places, normals: Float[np.ndarray, "m 2"]
-) -> Float[np.ndarray, "m"]:
+def _variances(curve: BSpline, places: Places, normals: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m"]:
     """Variance (m²) of a curve along these normals at the places, the poses that saw it taken as known."""
     first, basis = basis_rows(curve.knots, curve.degree, places.t)
     H, _ = _normal_equations(first, basis, places, len(curve.control_points))

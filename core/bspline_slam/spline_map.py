@@ -19,9 +19,9 @@ class MapSpline:
     `born` is the index of the scan that started it, `observations` how many key scans saw it, and `history`
     one sentence per thing that happened to it (`grew by 0.8 m at scan 120`).
 
-    `left_out` is the variance (m²) of the wall about the curve that plainer curves have and richer ones have not
-    (`bspline_slam.knots.left_out`): small waves between knots. Covariances of control points are those of the curve, and
-    tell nothing of it; a place on the wall has it beside them, one independent of others more than a knot apart.
+    `left_out` is the variance (m²) of the wall about the curve by small waves that no knot was spent on
+    (`bspline_slam.knots.left_out`). Covariances of control points are those of the curve and tell nothing of it; a
+    place on the wall has it beside them, independent of other places more than a knot away.
     """
 
     id: int
