@@ -94,6 +94,19 @@ def test_thinning_saves_control_points_on_the_straight_walls_of_a_room() -> None
     assert np.sqrt(np.mean(np.square(across))) < 1.2 * np.sqrt(np.mean(np.square(feet.across)))
 
 
+def test_what_was_left_out_before_stays_left_out() -> None:
+    keys, splines, _ = seen_from(PATH)
+    waved = SplineMap(tuple(replace(spline, left_out=1e-6) for spline in splines))
+    sights = collect_sights(keys, splines)
+    feet = find_feet(sights, splines, PATH, 0.1)
+    seen = (sights, feet, PATH, TrimmingConfig(), FittingConfig())
+    for once, again in zip(thinned(splines, *seen), thinned(waved, *seen), strict=True):
+        assert once.left_out >= 0.0
+        assert again.left_out == once.left_out + 1e-6
+    for cut in trimmed(waved, sights, feet, TrimmingConfig(), NormalDistance()):
+        assert cut.left_out == 1e-6
+
+
 def test_what_beams_do_not_agree_on_is_not_of_the_map() -> None:
     keys, splines, _ = seen_from(PATH)
     sights, config = collect_sights(keys, splines), TrimmingConfig()
