@@ -34,8 +34,8 @@ AT_REST = 2e-4
 """Rounds end when no pose moves by more than this (m, rad), or would not in the next one, if moves go on falling."""
 CLIMB = 1.0
 """A round whose change of the cost is worse than that of the one before by this share (and by 1) is taken back."""
-MOST_STEPS = 40
-ACCURATE = 1e-2
+MOST_STEPS = 60
+ACCURATE = 5e-3
 """Conjugate gradients end when the preconditioned residual has fallen to this share of the first one: what is left of
 it is there for the next round."""
 UNMOVED = 1e-6

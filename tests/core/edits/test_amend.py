@@ -135,10 +135,12 @@ def test_a_split_spline_is_two_and_merged_again_one(base: Snapshot, config: Slam
     two = made(base, config, split).snapshot
     assert len(two.map) == len(base.map) + 1
     assert two.map[spline.id].length + two.map[MADE].length == pytest.approx(spline.length, abs=0.1)
+    assert two.map[spline.id].left_out == two.map[MADE].left_out == spline.left_out
     assert largest_move(base, two) < 0.03
     one = made(base, config, split, MergeSplines(spline.id, MADE)).snapshot
     assert len(one.map) == len(base.map)
     assert one.map[spline.id].length == pytest.approx(spline.length, abs=0.1)
+    assert one.map[spline.id].left_out == spline.left_out
     samples = spline.sample(0.1)[1]
     assert rms_across(one.map[spline.id], samples) < 0.02
 
