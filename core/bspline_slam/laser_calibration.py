@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.sparse import csr_array
 
 from bspline_slam import se2
 from bspline_slam.adjustment import Foreseen
@@ -15,6 +16,7 @@ from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.graph import Graph
 from bspline_slam.observation import across_sigma
 from bspline_slam.sights import find_feet
 
@@ -84,12 +86,12 @@ def laser_calibration(
     rows = _Rows.of(foreseen, outlier, fitting)
     columns = rows.columns(foreseen.sights.beam, beams, velocities)
     factor, gradient = _linearised(foreseen.estimate)
-    through = np.stack([rows.gathered(rows.weight * column) for column in columns.T], -1)
+    through = rows.jacobian.T @ (rows.weight[:, None] * columns)
     follows = factor.solve(np.column_stack([through, gradient]))
-    alone = columns - np.stack([rows.spread(column) for column in follows[:, :3].T], -1)
+    alone = columns - rows.jacobian @ follows[:, :3]
     normal = columns.T @ (rows.weight[:, None] * alone)
     moment = through.T @ follows[:, 3] - columns.T @ (rows.weight * rows.error)
-    left = rows.error - rows.spread(follows[:, 3]) + alone @ (np.linalg.pinv(normal) @ moment)
+    left = rows.error - rows.jacobian @ follows[:, 3] + alone @ (np.linalg.pinv(normal) @ moment)
     scores = alone * (rows.weight * left)[:, None]
     scatter = np.stack([np.bincount(rows.pose, score, len(velocities)) for score in scores.T], -1)
     return _sure(normal, moment, scatter.T @ scatter)
@@ -125,7 +127,7 @@ class _Rows:
     """Beams as rows of the problem near an estimate: `error` is n·(curve − end), `weight` its information (1/m²).
 
     `seen` are the beams among all sights, `ends` where they should end, `normals` and `directions` in the robot frame.
-    Row k has the derivatives `slope[k]` by the unknowns `unknown[k]` of the graph.
+    `jacobian` has the derivatives of the errors by the unknowns of the graph.
     """
 
     seen: Int[np.ndarray, "m"]
@@ -135,9 +137,7 @@ class _Rows:
     ends: Float[np.ndarray, "m 2"]
     error: Float[np.ndarray, "m"]
     weight: Float[np.ndarray, "m"]
-    unknown: Int[np.ndarray, "m w"]
-    slope: Float[np.ndarray, "m w"]
-    unknowns: int
+    jacobian: csr_array
 
     @classmethod
     def of(cls, foreseen: Foreseen, outlier: float, fitting: FittingConfig) -> _Rows:
@@ -153,17 +153,13 @@ class _Rows:
         sigma = np.maximum(sigma, np.abs(feet.across[seen]) / outlier)
         point = begin[seen, None] + feet.first[seen, None] + np.arange(basis.shape[1])
         point = np.minimum(point, len(graph.control_points) - 1)
-        curve = (basis[:, :, None] * estimate.control_points[point]).sum(1)
+        curve = np.einsum("mk,mkd->md", basis, estimate.control_points[point])
         ends = se2.transform(se2.inverse(estimate.poses[pose]), curve)
         across = se2.rotate(estimate.poses[pose], normals)
-        by_turn = (normals * _turned(ends)).sum(1)
-        by_point = (basis[:, :, None] * across[:, None, :]).reshape(len(seen), -1)
-        columns = (2 * point[:, :, None] + np.arange(2)).reshape(len(seen), -1) + 3 * len(graph.poses)
         return cls(
             seen, pose, normals, sights.directions[seen], ends,
             (normals * (ends - sights.points[seen])).sum(1), sigma**-2.0,
-            np.column_stack([3 * pose[:, None] + np.arange(3), columns]),
-            np.column_stack([-across, -by_turn, by_point]), graph.unknowns,
+            _jacobian(pose, point, across, -(normals * _turned(ends)).sum(1), basis, graph),
         )  # fmt: skip
 
     def columns(
@@ -176,13 +172,25 @@ class _Rows:
         incidence = (self.normals * self.directions).sum(1)
         return np.column_stack([moving * sweep_share(number, count), moving * oddness(number), incidence])
 
-    def gathered(self, values: Float[np.ndarray, "m"]) -> Float[np.ndarray, "u"]:
-        """Jᵀ·values."""
-        return np.bincount(self.unknown.ravel(), (self.slope * values[:, None]).ravel(), self.unknowns)
 
-    def spread(self, unknowns: Float[np.ndarray, "u"]) -> Float[np.ndarray, "m"]:
-        """J·unknowns."""
-        return (self.slope * unknowns[self.unknown]).sum(1)
+def _jacobian(
+    pose: Int[np.ndarray, "m"],
+    point: Int[np.ndarray, "m k"],
+    across: Float[np.ndarray, "m 2"],
+    by_turn: Float[np.ndarray, "m"],
+    basis: Float[np.ndarray, "m k"],
+    graph: Graph,
+) -> csr_array:
+    """Rows of poses (x, y, θ) and of the k control points that each beam hangs on, normals `across` in the world."""
+    m, width = len(pose), 3 + 2 * basis.shape[1]
+    values, places = np.empty((m, width)), np.empty((m, width), dtype=np.int32)
+    values[:, :2], values[:, 2] = -across, by_turn
+    places[:, :3] = 3 * pose[:, None] + np.arange(3)
+    for axis in range(2):
+        values[:, 3 + axis :: 2] = basis * across[:, axis, None]
+        places[:, 3 + axis :: 2] = 3 * len(graph.poses) + 2 * point + axis
+    begin = np.arange(0, m * width + 1, width, dtype=np.int32)
+    return csr_array((values.ravel(), places.ravel(), begin), shape=(m, graph.unknowns))
 
 
 def _turned(vectors: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, "m 2"]:
