@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
-from app.chromium import Window, until
+from app.chromium import Window, opened, until
 from app.running import running_viewer
 from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
@@ -40,6 +40,22 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     save(Preferences(toured=True), memory)
     with running_viewer(LOG, memory) as viewer:
         yield viewer
+
+
+@pytest.fixture(scope="module")
+def shared(running: Viewer, browser: Browser) -> Iterator[Window]:
+    """One window for all tests, for to open one takes seconds; its console has no complaints in the end."""
+    with opened(browser, running.url) as window:
+        yield window
+        assert window.errors == []
+
+
+@pytest.fixture
+def window(shared: Window) -> Window:
+    """That window, looking at the whole map."""
+    shared.page.keyboard.press("f")
+    shared.settled()
+    return shared
 
 
 @pytest.fixture
@@ -79,8 +95,8 @@ BY_KEY = {"Delete": "Ignore beams", "x": "Forbid beams", "w": "Make a new spline
 BY_MOUSE = {"Ignore": "Ignore beams", "Forbid spline": "Forbid beams", "New spline": "Make a new", "Pin": "Pin"}
 
 
-def test_each_edit_by_key_is_looked_at_accepted_undone_and_redone(ready: Viewer, open_window: Opener) -> None:
-    window, session = open_window(ready.url), ready.session
+def test_each_edit_by_key_is_looked_at_accepted_undone_and_redone(ready: Viewer, window: Window) -> None:
+    session = ready.session
     for key, name in BY_KEY.items():
         window.page.keyboard.press(key)
         until(lambda: previewed(ready), f"the preview of {name}")
@@ -100,8 +116,8 @@ def test_each_edit_by_key_is_looked_at_accepted_undone_and_redone(ready: Viewer,
         until(lambda: in_force(ready) == 0 and not session.editing.making, f"{name} undone again")
 
 
-def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, open_window: Opener) -> None:
-    window, session = open_window(ready.url), ready.session
+def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, window: Window) -> None:
+    session = ready.session
     open_tab(window, "Edit")
     for words, name in BY_MOUSE.items():
         press(window.page, words)
@@ -162,8 +178,8 @@ def accepted_and_undone(viewer: Viewer, window: Window, name: str) -> None:
     until(lambda: shown(viewer) == before, "the map as it was")
 
 
-def test_a_box_selects_pieces_and_one_action_edits_them_all(ready: Viewer, open_window: Opener) -> None:
-    window, session = open_window(ready.url), ready.session
+def test_a_box_selects_pieces_and_one_action_edits_them_all(ready: Viewer, window: Window) -> None:
+    session = ready.session
     open_tab(window, "Edit")
     scan = session.scan_view
     assert scan is not None
@@ -217,8 +233,7 @@ def split_its_spline(viewer: Viewer) -> int:
     return piece.spline
 
 
-def test_a_piece_is_forced_to_another_spline(ready: Viewer, open_window: Opener) -> None:
-    window = open_window(ready.url)
+def test_a_piece_is_forced_to_another_spline(ready: Viewer, window: Window) -> None:
     open_tab(window, "Edit")
     chosen = ready.session.selection
     split_its_spline(ready)
@@ -230,8 +245,7 @@ def test_a_piece_is_forced_to_another_spline(ready: Viewer, open_window: Opener)
     accepted_and_undone(ready, window, "Force beams")
 
 
-def test_splines_are_merged_and_pinned(ready: Viewer, open_window: Opener) -> None:
-    window = open_window(ready.url)
+def test_splines_are_merged_and_pinned(ready: Viewer, window: Window) -> None:
     open_tab(window, "Edit")
     spline = split_its_spline(ready)
     press(window.page, "Pin")
@@ -244,8 +258,8 @@ def test_splines_are_merged_and_pinned(ready: Viewer, open_window: Opener) -> No
     accepted_and_undone(ready, window, "Merge spline")
 
 
-def test_a_loop_is_closed_and_dropped(ready: Viewer, open_window: Opener) -> None:
-    window, session = open_window(ready.url), ready.session
+def test_a_loop_is_closed_and_dropped(ready: Viewer, window: Window) -> None:
+    session = ready.session
     open_tab(window, "Edit")
     world = session.map_view
     assert world is not None
@@ -272,8 +286,8 @@ def test_a_loop_is_closed_and_dropped(ready: Viewer, open_window: Opener) -> Non
     until(lambda: not in_force(ready) and shown(ready) == first, "the automatic map")
 
 
-def test_a_click_chooses_where_a_spline_is_split(ready: Viewer, open_window: Opener) -> None:
-    window, session = open_window(ready.url), ready.session
+def test_a_click_chooses_where_a_spline_is_split(ready: Viewer, window: Window) -> None:
+    session = ready.session
     world = session.map_view
     assert world is not None
     spline = world.map.splines[0]
@@ -289,8 +303,8 @@ def test_a_click_chooses_where_a_spline_is_split(ready: Viewer, open_window: Ope
     assert session.editing.proposal.name.startswith(f"Split spline {spline.id}")
 
 
-def test_a_page_that_is_loaded_again_shows_the_edits(ready: Viewer, open_window: Opener) -> None:
-    window, session = open_window(ready.url), ready.session
+def test_a_page_that_is_loaded_again_shows_the_edits(ready: Viewer, window: Window) -> None:
+    session = ready.session
     window.page.keyboard.press("Delete")
     until(lambda: previewed(ready), "the preview")
     window.page.keyboard.press("Enter")
