@@ -30,6 +30,8 @@ from splinescope.subject import name_of
 
 NO_RUN = "Edits are made in the result of a finished run: show one first."
 OFFERED = "There are edits from before: take them up, or set them aside, first."
+MOMENT = 0.3
+"""What takes no longer than this (s) is not told of while it goes on."""
 NOT_KEPT = "The journal of edits cannot be written"
 
 
@@ -56,6 +58,7 @@ class Editing:
         self._in_map: tuple[Edit, ...] = ()
         self._settled_at = 0
         self._progress: Progress | None = None
+        self._asked_at = 0.0
         self._recent = Recent()
         self.base: Result | None = None
         self.history = History()
@@ -135,10 +138,12 @@ class Editing:
     @property
     def activity(self) -> Activity | None:
         """The map being made with the edits in force, once that has taken a moment."""
-        told = self._progress
-        if told is None or told.job != self._jobs.get("make"):
+        told, job = self._progress, self._jobs.get("make")
+        if job is None:
             return None
-        return Activity(Work.EDITING, told.job, stage_in_words(told.stage), told.fraction, told.seconds_left)
+        if told is not None and told.job == job:
+            return Activity(Work.EDITING, job, stage_in_words(told.stage), told.fraction, told.seconds_left)
+        return Activity(Work.EDITING, job, Work.EDITING.value) if self._now() - self._asked_at > MOMENT else None
 
     @property
     def no_doubts(self) -> str | None:
@@ -262,7 +267,7 @@ class Editing:
         known = self._recent.find(edits) if edits or base is None else State(base, None, self._doubts_without)
         for what in ("doubts", "make"):
             self._jobs.pop(what, None)
-        self._progress = None
+        self._progress, self._asked_at = None, self._now()
         if known is None or known.doubts is None:
             self.explanation = None
             self._jobs["make"] = self._editor.make(edits, self._in_map)

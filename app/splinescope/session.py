@@ -10,7 +10,6 @@ import numpy as np
 
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Snapshot
 from splinescope import commands as ask
 from splinescope import edit_desk
 from splinescope.activity import Activity
@@ -19,9 +18,9 @@ from splinescope.browser.link import Link
 from splinescope.browser.log_view import LogView
 from splinescope.browser.preferences import Preferences
 from splinescope.browser.values import Bounds, Place
+from splinescope.choosing import preferred
 from splinescope.closures import ClosurePage
 from splinescope.computing.edit_messages import Ghost
-from splinescope.computing.iterations import Frame, at_frame
 from splinescope.computing.messages import Measured, Message
 from splinescope.computing.solution import Solution
 from splinescope.editing import Editing
@@ -33,10 +32,11 @@ from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.playback import Playback, play_axis
 from splinescope.recipe import Recipe
+from splinescope.replay import Frames, Replay
 from splinescope.result import Result, Results
 from splinescope.ruler import Ruler, picked_from, places
 from splinescope.subject import Subject, subject_of
-from splinescope.view import Colouring, GhostView, MapView, ScanView, Selection, View
+from splinescope.view import GhostView, MapView, ScanView, Selection, View
 
 NO_LOG = "No log is open."
 
@@ -82,8 +82,8 @@ class Session:
         self.tab = ""
         self._link: Link | None = None
         self.ruler: Ruler | None = None
-        self._frame: tuple[tuple[Frame, ...], int] = ((), 0)
-        self._played: tuple[Frame, Snapshot, MapView] | None = None
+        self._replay = Replay()
+        self._editing_shown = False
         self.closure_page = ClosurePage()
         self.observing = False
         self.observation_step = ObservationStep.PARAMETERS
@@ -138,7 +138,7 @@ class Session:
         return self._ghost[1]
 
     @property
-    def frames(self) -> tuple[Frame, ...]:
+    def frames(self) -> Frames:
         """The iterations that are kept of the solve behind the result shown; none while another one is being made."""
         result = self.result
         return () if result is None or self.busy or self.findings.snapshot is not result.snapshot else result.frames
@@ -146,20 +146,18 @@ class Session:
     @property
     def frame(self) -> int | None:
         """Which of them is shown; None for the result."""
-        frames, (of, number) = self.frames, self._frame
-        return number if frames is of and 0 <= number < len(frames) - 1 else None
+        return self._replay.number(self.frames)
 
     @property
     def _replayed(self) -> tuple[MapView, ScanView | None] | None:
         """Map and scan at the iteration shown; None for the result."""
-        result, number, scan = self.result, self.frame, self.scan_view
-        if number is None or result is None or self.log is None:
+        result, scan = self.result, self.scan_view
+        if result is None or self.log is None:
             return None
-        frame = self.frames[number]
-        if self._played is None or self._played[0] is not frame:
-            snapshot = at_frame(result.snapshot, frame)
-            self._played = (frame, snapshot, view_map(self.log, snapshot, {}))
-        _, snapshot, world = self._played
+        played = self._replay.map(self.frames, self.log, result.snapshot)
+        if played is None:
+            return None
+        snapshot, world = played
         if scan is not None and self.cursor < len(snapshot.poses):
             scan = replace(scan, pose=snapshot.poses[self.cursor])
         return world, scan
@@ -250,7 +248,10 @@ class Session:
 
     # -- what happens --------------------------------------------------------------------------------------------
     def tick(self) -> None:
-        """Let playback run up to now."""
+        """Let playback run up to now, and show edits that take longer than a moment."""
+        shown, self._editing_shown = self._editing_shown, self.editing.activity is not None
+        if shown != self._editing_shown:
+            self.revision += 1
         if self.playback.playing:
             self._play(self.playback.advanced(self._clock()))
 
@@ -342,10 +343,9 @@ class Session:
             case ask.LayRuler(picked=picked):
                 self._lay_ruler(picked)
             case ask.ShowIteration(number=number):
-                self._frame = (self.frames, len(self.frames) if number is None else number)
+                self._replay.show(self.frames, number)
             case ask.StepIteration(by=by):
-                last = len(self.frames) - 1
-                self._frame = (self.frames, min(max((last if self.frame is None else self.frame) + by, 0), last))
+                self._replay.step(self.frames, by)
             case ask.ShowClosure(number=number):
                 self._show_closure(number)
             case ask.LeafThrough(page=page):
@@ -506,28 +506,3 @@ class Session:
             self.editing.stop()
         else:
             self.estimation.cancel()
-
-
-def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
-    """The preferences after a command that changes nothing else."""
-    layers = preferences.layers
-    match command:
-        case ask.SetLayer(layer=layer, on=on):
-            return replace(preferences, layers=layers | {layer} if on else layers - {layer})
-        case ask.ToggleLayers(layers=group):
-            return replace(preferences, layers=layers - group if group <= layers else layers | group)
-        case ask.SetColouring(colouring=colouring):
-            return replace(preferences, colouring=colouring)
-        case ask.NextColouring(by=by):
-            every = list(Colouring)
-            return replace(preferences, colouring=every[(every.index(preferences.colouring) + by) % len(every)])
-        case ask.SeenTour():
-            return replace(preferences, toured=True)
-        case ask.SetDark(dark=dark):
-            return replace(preferences, dark=not preferences.dark if dark is None else dark)
-        case ask.RobotUp(on=on):
-            return replace(preferences, robot_up=not preferences.robot_up if on is None else on)
-        case ask.FollowRobot(on=on):
-            return replace(preferences, follow_robot=on)
-        case _:
-            return preferences

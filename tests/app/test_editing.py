@@ -533,13 +533,22 @@ def test_the_editor_s_death_is_told_and_what_was_accepted_stays(desk: Desk) -> N
     assert desk.session.result is not None and desk.session.result.edits == desk.editing.history.active != ()
 
 
-def test_an_edit_in_the_making_tells_how_far_it_is_and_can_be_left_off(desk: Desk) -> None:
+def test_an_edit_in_the_making_tells_how_far_it_is_and_can_be_left_off(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
     desk.select()
     desk.do(ask.EditSelected(EditKind.IGNORE))
     before, session = desk.shown, desk.session
     session.apply(ask.AcceptEdits())
-    job = desk.editing._jobs["make"]
+    job, asked = desk.editing._jobs["make"], desk.editing._now()
+    monkeypatch.setattr(desk.editing, "_now", lambda: asked)
     assert session.activity is None or session.activity.work is not Work.EDITING
+    monkeypatch.setattr(desk.editing, "_now", lambda: asked + 1.0)
+    assert session.activity == Activity(Work.EDITING, job, "Making the edits")
+    before_tick = session.revision
+    session.tick()
+    session.tick()
+    assert session.revision == before_tick + 1, "it is shown, once"
     session.hear(Progress(job, "rebuild", 0.4, 3.0))
     assert session.activity == Activity(Work.EDITING, job, "Building the map anew", 0.4, 3.0)
     assert ACTIONS["cancel"].refusal(session) is None
