@@ -28,6 +28,12 @@ export function send(topic, value) {
   viewer()?.sendMessage({ type: "PageEvent", topic, value: JSON.stringify(value) });
 }
 
+/** Whether somebody answers: what the viewer sends with says so of itself where nobody does. */
+export function connected() {
+  const sender = viewer()?.sendMessage;
+  return Boolean(sender) && !String(sender).includes("is not connected");
+}
+
 /** Take over from the stub that collected values while this module was loading. */
 export function open() {
   const { waiting } = window.splinescope;

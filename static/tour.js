@@ -37,6 +37,7 @@ function foot(...parts) {
 
 function show(tour) {
   card.hidden = !tour;
+  card.classList.toggle("scope-invitation", Boolean(tour?.invitation)); // only who drives can take it
   if (!tour) shown = -1;
   else if (tour.invitation) invite();
   else {

@@ -2,7 +2,7 @@
 // and says so when nobody answers any more.
 
 import { perform, titleOf, watchActions } from "./actions.js";
-import { on, send, viewer } from "./channel.js";
+import { connected, on, send, viewer } from "./channel.js";
 import { dialog } from "./dialog.js";
 import { layer } from "./overlay.js";
 
@@ -32,8 +32,8 @@ function name() {
 
 function hello() {
   const internals = viewer();
-  lost.hidden = sender === null || Boolean(internals?.sendMessage);
-  if (!internals?.sendMessage || internals.sendMessage === sender) return;
+  lost.hidden = sender === null || connected();
+  if (!connected() || internals.sendMessage === sender) return;
   sender = internals.sendMessage;
   send("hello", { name: name(), query });
   const words = new URLSearchParams(location.search);

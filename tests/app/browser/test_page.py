@@ -274,6 +274,18 @@ def test_every_key_asks_for_its_action_and_moves_nothing(page: Page, open_window
     assert window.settled() == before
 
 
+def test_a_lost_connection_is_told(open_window: Opener) -> None:
+    page = open_page("127.0.0.1", 0)
+    page.send("actions", described())
+    try:
+        window = open_window(page.url)
+        expect(window.page.get_by_role("alert")).to_be_hidden()
+    finally:
+        page.stop()
+    expect(window.page.get_by_role("alert")).to_contain_text("The connection is lost")
+    window.errors.clear()
+
+
 def test_a_question_is_asked_and_its_answer_told(page: Page, open_window: Opener) -> None:
     answers: list[tuple[str, str]] = []
     page.on_answer(lambda action, text: answers.append((action, text)))
