@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from bspline_slam.kernels import matching as kernels
 from bspline_slam.spline_map import MapSpline
@@ -40,6 +40,13 @@ class CurveSamples:
         first = np.concatenate([[0], np.cumsum(counts)])
         return cls(spacing, first, np.repeat(np.arange(len(counts)), counts), t, points, normals)
 
+    def near(self, owner: Int[np.ndarray, "m"], t: Float[np.ndarray, "m"]) -> Int[np.ndarray, "m"]:
+        """Of places on these curves, by parameter, the samples near them; parameters are about metres along curves."""
+        first, last = self.first[:-1], self.first[1:] - 1
+        step = (self.t[last] - self.t[first]) / np.maximum(last - first, 1)
+        number = np.rint((t - self.t[first][owner]) / np.maximum(step, 1e-9)[owner]).astype(np.int64)
+        return np.clip(first[owner] + number, first[owner], last[owner])
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Alongside:
@@ -49,6 +56,10 @@ class Alongside:
     sample: Int[np.ndarray, "p"]
     beside: Int[np.ndarray, "p"]
     across: Float[np.ndarray, "p"]
+
+    def part(self, chosen: Bool[np.ndarray, "p"]) -> Alongside:
+        """The chosen pairs."""
+        return Alongside(self.sample[chosen], self.beside[chosen], self.across[chosen])
 
 
 def alongside(samples: CurveSamples, within: float) -> Alongside:

@@ -27,6 +27,11 @@ class KeyObservations:
     beams: int
     sensor: Float[np.ndarray, "2"]
 
+    def beams_of(self, association: Association) -> Int[np.ndarray, "m"]:
+        """The beams that an association of this key scan is about."""
+        segment = next(segment for segment in self.segments if segment.index == association.segment)
+        return segment.beams[(segment.beams >= association.first) & (segment.beams <= association.last)]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sights:
@@ -73,6 +78,18 @@ def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sight
         points,
         rays / np.maximum(ranges, 1e-9)[:, None],
         ranges,
+    )
+
+
+def pieces_of(keys: Sequence[KeyObservations], splines: SplineMap) -> list[tuple[int, int, int]]:
+    """Of each piece of `collect_sights`: the place of its spline in the map, the position of its key scan, and the
+    number of its association there."""
+    place = {spline.id: k for k, spline in enumerate(splines)}
+    return sorted(
+        (place[association.spline], pose, number)
+        for pose, key in enumerate(keys)
+        for number, association in enumerate(key.associations)
+        if association.spline is not None and association.spline in place
     )
 
 

@@ -22,6 +22,7 @@ from bspline_slam.laser_correction import LaserCorrection
 from bspline_slam.localisation import LocalisationConfig, place_on_curves
 from bspline_slam.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
 from bspline_slam.mapping import MapBuilder
+from bspline_slam.merging import MergingConfig
 from bspline_slam.models import ChordLengthConfig, make_model
 from bspline_slam.models.protocol import Model
 from bspline_slam.motion import MotionConfig
@@ -34,6 +35,7 @@ from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
 from bspline_slam.sights import KeyObservations
 from bspline_slam.spline_map import SplineMap
+from bspline_slam.tidying import tidied
 from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
 from bspline_slam.velocities import velocities
 
@@ -60,6 +62,7 @@ class SlamConfig:
     chord_length: ChordLengthConfig = ChordLengthConfig()
     loops: LoopConfig = LoopConfig()
     relocalisation: RelocalisationConfig = RelocalisationConfig()
+    merging: MergingConfig = MergingConfig()
     adjustment: AdjustmentConfig = AdjustmentConfig()
     localisation: LocalisationConfig = LocalisationConfig()
     least_observations: int = 3
@@ -203,11 +206,12 @@ class Slam:
 
     def snapshot(self) -> Snapshot:
         """The estimate as it stands."""
-        return self._snapshot(self._builder.map)
+        return self._snapshot(self._builder.map, self._current_observations())
 
     def finish(self, progress: StageProgress = quiet, cancelled: Cancelling = never) -> Snapshot:
-        """Solve the pose graph, build the map anew about where adjustment is going to put the key scans, adjust
-        everything. Loop closures that turn out to be wrong on the way are taken back. Raises Cancelled."""
+        """Solve the pose graph, build the map anew about where adjustment is going to put the key scans, make each
+        wall one spline, adjust everything. Loop closures that turn out to be wrong on the way are taken back. Raises
+        Cancelled."""
         progress("pose graph", 0.0, None)
         self._closer.found(self._tracker.keys, np.array(self._tracker.key_poses))
         self._relax()
@@ -215,12 +219,13 @@ class Slam:
             self._relax()
         correction = self._correct(cancelled)
         self._rebuild()
-        splines, estimate = self._adjusted(progress, cancelled)
+        keys, tidy = self._tidied()
+        splines, estimate = self._adjusted(keys, tidy, progress, cancelled)
         if self._closer.reject_contradicted(estimate.poses):
-            splines, estimate = self._adjusted(progress, cancelled)
+            splines, estimate = self._adjusted(keys, tidy, progress, cancelled)
         self._tracker.move(estimate.poses)
         self._estimate = estimate
-        snapshot = self._snapshot(splines)
+        snapshot = self._snapshot(splines, keys)
         c = self.config
         poses = place_on_curves(
             self.log, snapshot.poses, snapshot.key_scans, splines, c.localisation, c.matching, c.segmentation,
@@ -335,8 +340,8 @@ class Slam:
         correct their beams by what of their errors is the laser's."""
         c = self.config
         told = foreseen(
-            self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
-            c.adjustment, self._model, c.back_end, cancelled,
+            self._current_observations(), np.array(self._tracker.key_poses), self._worthy(self._builder.map),
+            self._pose_factors(), c.adjustment, self._model, c.back_end, cancelled,
         )  # fmt: skip
         self._tracker.move(told.estimate.poses)
         self._tracker.factors = with_learnt_noise(self._tracker.factors, told.estimate.poses, c.motion)
@@ -354,17 +359,26 @@ class Slam:
         ]
         return correction
 
-    def _adjusted(self, progress: StageProgress, cancelled: Cancelling) -> tuple[SplineMap, Estimate]:
+    def _tidied(self) -> tuple[tuple[KeyObservations, ...], SplineMap]:
+        """The decisions and the map to adjust, each wall one spline."""
+        c, poses = self.config, np.array(self._tracker.key_poses)
+        splines = self._worthy(self._builder.map)
+        keys, splines = tidied(self._current_observations(), poses, splines, c.merging, c.adjustment, self._model)
+        return keys, self._worthy(splines)
+
+    def _adjusted(
+        self, keys: Sequence[KeyObservations], splines: SplineMap, progress: StageProgress, cancelled: Cancelling
+    ) -> tuple[SplineMap, Estimate]:
         c = self.config
         return adjust_splines(
-            self._current_observations(), np.array(self._tracker.key_poses), self._worthy_map(), self._pose_factors(),
-            c.adjustment, self._model, c.back_end,
+            keys, np.array(self._tracker.key_poses), splines, self._pose_factors(), c.adjustment, self._model,
+            c.back_end,
             lambda fraction, record: progress("adjustment", fraction, record), cancelled,
         )  # fmt: skip
 
-    def _worthy_map(self) -> SplineMap:
+    def _worthy(self, splines: SplineMap) -> SplineMap:
         """The splines that enough key scans saw; all of them where the log has only a few key scans."""
-        return self._builder.map.seen_by_at_least(min(self.config.least_observations, len(self._steps)))
+        return splines.seen_by_at_least(min(self.config.least_observations, len(self._steps)))
 
     def _current_observations(self) -> tuple[KeyObservations, ...]:
         """The decisions, with the ids that splines have after joins."""
@@ -372,8 +386,7 @@ class Slam:
             replace(key, associations=tuple(map(self._builder.renamed, key.associations))) for key in self._observations
         )
 
-    def _snapshot(self, splines: SplineMap) -> Snapshot:
-        observations = self._current_observations()
+    def _snapshot(self, splines: SplineMap, observations: tuple[KeyObservations, ...]) -> Snapshot:
         verdicts = {(closure.earlier, closure.scan): closure for closure in self._closer.closures}
         steps = tuple(
             replace(

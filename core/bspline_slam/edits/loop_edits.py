@@ -20,7 +20,7 @@ from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.mapping import MapBuilder
 from bspline_slam.models.protocol import Model
 from bspline_slam.slam import SlamConfig, StageProgress, quiet
-from bspline_slam.spline_map import SplineMap
+from bspline_slam.tidying import tidied
 
 BY_HAND = "closed by hand"
 RELAXED = Stopping(1e-5, 1e-4, 20)
@@ -130,9 +130,11 @@ def rebuilt(
         replace(key, associations=tuple(replace(a, spline=_heir(builder, a.spline)) for a in key.associations))
         for key in keys
     )
-    worthy = SplineMap(tuple(s for s in builder.map if s.observations >= min(config.least_observations, len(keys))))
+    least = min(config.least_observations, len(keys))
+    worthy = builder.map.seen_by_at_least(least)
+    named, tidy = tidied(named, decisions.poses, worthy, config.merging, config.adjustment, model)
     splines, estimate = adjust_splines(
-        named, decisions.poses, worthy, decisions.factors, config.adjustment, model, "direct",
+        named, decisions.poses, tidy.seen_by_at_least(least), decisions.factors, config.adjustment, model, "direct",
         lambda fraction, record: progress("adjustment", fraction, record), cancelled,
     )  # fmt: skip
     return replace(decisions, poses=estimate.poses, keys=named, splines=splines), estimate
