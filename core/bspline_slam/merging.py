@@ -72,7 +72,8 @@ def merged(
     """Each wall one curve, that which most beams saw, with the beams of all; the oldest id lives on.
 
     What of a weaker curve does not run beside a stronger one stays as it is. `sigma` is the standard deviation of each
-    beam across its curve (m); a curve from which beams lie more than `smear` times as far does for none.
+    beam across its curve (m), up to a factor that beams tell; a curve from which they lie more than `smear` times as
+    far does for none.
     """
     if len(splines) == 0:
         return tuple(keys), splines
@@ -107,7 +108,8 @@ def _one_wall(
     squares = seen.second[sample] + 2.0 * across * seen.first[sample] + across**2 * seen.weight[sample]
     count = np.bincount(seen.cell[feet.counts], minlength=len(samples.t))
     spread = np.bincount(pair, squares + seen.second[beside])
-    agree = spread <= smear**2 * np.bincount(pair, count[sample] + count[beside])
+    noise = np.median((seen.second / np.maximum(count, 1))[count > 0])
+    agree = spread <= smear**2 * noise * np.bincount(pair, count[sample] + count[beside])
     for k in np.flatnonzero(agree & (apart > config.same)).tolist():
         one, other = (
             np.unique(sights.pose[feet.counts & np.isin(seen.cell, each[pair == k])]) for each in (sample, beside)
