@@ -108,7 +108,7 @@ def _one_wall(
     squares = seen.second[sample] + 2.0 * across * seen.first[sample] + across**2 * seen.weight[sample]
     count = np.bincount(seen.cell[feet.counts], minlength=len(samples.t))
     spread = np.bincount(pair, squares + seen.second[beside])
-    noise = np.median((seen.second / np.maximum(count, 1))[count > 0])
+    noise = np.median(seen.second[count > 0] / count[count > 0]) if count.any() else 0.0
     agree = spread <= smear**2 * noise * np.bincount(pair, count[sample] + count[beside])
     for k in np.flatnonzero(agree & (apart > config.same)).tolist():
         one, other = (
