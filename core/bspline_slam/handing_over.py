@@ -73,4 +73,4 @@ def renamed(keys: Sequence[KeyObservations], names: Mapping[int, int]) -> tuple[
 
 def _renamed(association: Association, names: Mapping[int, int]) -> Association:
     spline = association.spline
-    return association if spline not in names else replace(association, spline=names[spline])
+    return association if spline is None or spline not in names else replace(association, spline=names[spline])
