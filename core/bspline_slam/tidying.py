@@ -20,8 +20,9 @@ from bspline_slam.sights import Feet, KeyObservations, Sights, collect_sights, f
 from bspline_slam.spline_map import SplineMap
 from bspline_slam.trimming import TrimmingConfig
 
-WARINESS = 0.8
-"""Share of the limits of the adjustment's trimming that is asked for before it."""
+WARY_GAP, WARY_SMEAR = 0.8, 0.6
+"""Shares of the limits of the adjustment's trimming, for gaps and for how far beams may lie from their curve, that hold
+here: what they let pass stays in the map though its curve has not settled yet."""
 
 
 def tidied(
@@ -49,10 +50,9 @@ def tidied(
 
 
 def _warier(config: TrimmingConfig) -> TrimmingConfig:
-    """Trimming that takes less for a gap and for smeared: what it lets pass, the rounds to come do, too, though feet
-    move a little in them."""
-    gap, ratio, smear = (WARINESS * limit for limit in (config.gap, config.gap_ratio, config.smear))
-    return replace(config, gap=gap, gap_ratio=ratio, smear=smear)
+    """Trimming that takes less for a gap, and for smeared."""
+    gap, ratio = WARY_GAP * config.gap, WARY_GAP * config.gap_ratio
+    return replace(config, gap=gap, gap_ratio=ratio, smear=WARY_SMEAR * config.smear)
 
 
 def _seen(
