@@ -44,7 +44,9 @@ class SegmentationConfig:
     """Thresholds of the segmentation (m, rad).
 
     `incidence` is λ of the adaptive breakpoint detector (Borges & Aldon 2004): the flattest wall that is still
-    followed. `corner` is the turn that ends a segment, measured between chords of `corner_reach` on both sides.
+    followed. `corner` is the turn that ends a segment, measured between chords of `corner_reach` on both sides. A beam
+    beside a range jump that ends more than `mixed` off the line of its neighbours has lit both surfaces and tells of
+    neither (a mixed pixel; Tuley et al. 2005).
     """
 
     incidence: float = np.deg2rad(10.0)
@@ -57,10 +59,16 @@ class SegmentationConfig:
     least_points: int = 4
     bridged_beams: int = 2
     largest_range: float = 60.0
+    mixed: float = 0.02
+
+
+BESIDE = 4
+"""So many neighbours tell the line that a beam beside a range jump should end on."""
 
 
 def segment_scan(scan: LaserScan, config: SegmentationConfig = SegmentationConfig()) -> tuple[ScanSegment, ...]:
-    """Cut a scan at range jumps and at corners; pieces of fewer than `least_points` beams are left out."""
+    """Cut a scan at range jumps and at corners, mixed pixels left out; pieces of fewer than `least_points` beams are
+    left out, too."""
     beams = np.flatnonzero(scan.valid & (scan.ranges < config.largest_range))
     if len(beams) < config.least_points:
         return ()
@@ -68,13 +76,16 @@ def segment_scan(scan: LaserScan, config: SegmentationConfig = SegmentationConfi
     jumps = breakpoints(scan.ranges[beams], scan.bearings[beams], scan.resolution, config)
     corners = corner_points(points, jumps, config)
     cuts = np.concatenate([[0], np.flatnonzero(jumps | corners) + 1, [len(beams)]])
+    breaks = np.concatenate([[False], jumps[cuts[1:-1] - 1], [False]])
+    mixed = surfaces.mixed_ends(points, cuts, breaks, config.mixed, BESIDE, config.least_points)
     segments = []
-    for a, b in itertools.pairwise(cuts.tolist()):
+    for (a, b), (before, behind) in zip(itertools.pairwise(cuts.tolist()), mixed.tolist(), strict=True):
         if b - a < config.least_points:
             continue
         start = _end_kind(scan, beams, corners, inside=a, outside=a - 1)
         end = _end_kind(scan, beams, corners, inside=b - 1, outside=b)
-        segments.append(ScanSegment(scan.index, len(segments), beams[a:b], points[a:b], start, end))
+        sound = slice(a + before, b - behind)
+        segments.append(ScanSegment(scan.index, len(segments), beams[sound], points[sound], start, end))
     return tuple(segments)
 
 

@@ -90,3 +90,29 @@ def test_short_pieces_are_left_out() -> None:
     scan = room_scan(np.array([1.2, 1.5, 2.5]), np.random.default_rng(1))
     least = 12
     assert min(len(s.beams) for s in segment_scan(scan, SegmentationConfig(least_points=least))) >= least
+
+
+@given(st.floats(-0.4, 0.4), st.floats(0.05, 0.95), st.booleans())
+def test_a_beam_that_lit_both_sides_of_a_jump_belongs_to_neither(slant: float, share: float, mirrored: bool) -> None:
+    bearings = np.deg2rad(np.arange(-20.0, 21.0))
+    near, far = 2.0 / np.cos(bearings + slant), 3.0 / np.cos(bearings)
+    ranges = np.where(bearings < -1e-9, near, far)
+    sound = _beams_by_piece(ranges, bearings)
+    ranges[20] = near[20] + 0.03 + 0.9 * share
+    mixed = _beams_by_piece(ranges[::-1] if mirrored else ranges, bearings)
+    assert [len(beams) for beams in sound] == [20, 21]
+    assert all(20 not in beams for beams in mixed)
+    assert sum(map(len, mixed)) >= 38
+
+
+def test_ends_that_stay_on_their_wall_stay_in_the_segment() -> None:
+    scan = room_scan(np.array([1.2, 1.5, 2.5]), np.random.default_rng(3), noise=0.004)
+    kept = segment_scan(scan)
+    all_of_them = segment_scan(scan, replace(SegmentationConfig(), mixed=np.inf))
+    for one, other in zip(kept, all_of_them, strict=True):
+        np.testing.assert_array_equal(one.beams, other.beams)
+
+
+def _beams_by_piece(ranges: np.ndarray, bearings: np.ndarray) -> list[np.ndarray]:
+    scan = LaserScan(0, 0.0, ranges, bearings, 0.05, 20.0, np.zeros(3))
+    return [segment.beams for segment in segment_scan(scan)]

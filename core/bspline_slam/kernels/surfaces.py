@@ -49,6 +49,39 @@ def breakpoints(ranges, bearings, incidence, allowance, leap, leap_ratio, widest
 
 
 @njit(cache=True)
+def mixed_ends(points, cuts, breaks, limit, beside, least):
+    """How many end points (0 or 1) each piece points[cuts[k]:cuts[k + 1]] loses at its start and at its end (k, 2).
+
+    A point is lost where the surface `breaks` at that cut and the point lies more than `limit` (m) off the line that
+    leads through the `beside` points next to it; no piece is left with fewer than `least` points.
+    """
+    out = np.zeros((len(cuts) - 1, 2), np.int64)
+    for k in range(len(cuts) - 1):
+        a, b = cuts[k], cuts[k + 1] - 1
+        for side, first, way in ((0, a, 1), (1, b, -1)):
+            left = b - a + 1 - out[k, 0]
+            asked = breaks[k + side] and left > least
+            if asked and _off_line(points, first, way, min(beside, left - 1)) > limit:
+                out[k, side] = 1
+    return out
+
+
+@njit(cache=True)
+def _off_line(points, end, way, beside):
+    """Distance (m) of a point from the line along the `beside` points that follow it that `way`."""
+    near, far = end + way, end + way * beside
+    along_x, along_y = points[far, 0] - points[near, 0], points[far, 1] - points[near, 1]
+    length = math.sqrt(along_x * along_x + along_y * along_y)
+    if length == 0.0:
+        return 0.0
+    x, y = 0.0, 0.0
+    for step in range(1, beside + 1):
+        x += points[end + way * step, 0] / beside
+        y += points[end + way * step, 1] / beside
+    return abs(along_x * (points[end, 1] - y) - along_y * (points[end, 0] - x)) / length
+
+
+@njit(cache=True)
 def normals_of_runs(points, breaks, x, y, reach, turn_limit):
     """Unit normals towards (x, y) by principal axes of the neighbours on the same surface: up to `reach` each side, and
     more where these lie so close together that noise would turn the axes (WITHIN, m).
