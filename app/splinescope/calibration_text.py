@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bspline_slam.calibration import OdometryBias
-from bspline_slam.laser_calibration import LaserCalibration
+from bspline_slam.calibration.laser import LaserCalibration
+from bspline_slam.calibration.odometry import OdometryBias
 from splinescope.lost_scans import listed
 from splinescope.quality import LaserNoise
 

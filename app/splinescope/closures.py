@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.front_end.loop_closure import LoopClosure
 
 ROWS = 8
 """On a page."""

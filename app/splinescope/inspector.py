@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.association import Association
-from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.slam import SlamStep
 from splinescope.pieces import every_piece, name_of_piece
 from splinescope.view import FittedSegment, MapView, ScanView, Selection

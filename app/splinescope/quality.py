@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.calibration import OdometryBias, odometry_bias
+from bspline_slam.calibration.laser import LaserCalibration
+from bspline_slam.calibration.odometry import OdometryBias, odometry_bias
 from bspline_slam.lab.crispness import CRISP, Crispness
 from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.stretches import Stretches
-from bspline_slam.laser_calibration import LaserCalibration
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
 from splinescope.closures import moves

@@ -11,8 +11,8 @@ from jaxtyping import Float
 
 from bspline_slam.association import Association
 from bspline_slam.bspline import BSpline
+from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.lab.stretches import Stretches
-from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.spline_map import SplineMap

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import adjust_splines
+from bspline_slam.adjustment.adjust import adjust_splines
 from bspline_slam.backends.protocol import Cancelling, IterationRecord, never
+from bspline_slam.front_end.tracking import carried_along
 from bspline_slam.slam import SlamConfig, Snapshot, model_of
 from bspline_slam.spline_map import MapSpline, SplineMap
-from bspline_slam.tracking import carried_along
 
 STALE = 0.1
 """Once the front end has moved a key scan by more than that (m), an adjustment of where it was before says nothing."""

@@ -12,12 +12,12 @@ from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.backends.protocol import Cancelling, never
-from bspline_slam.calibration import scan_records
+from bspline_slam.calibration.odometry import scan_records
+from bspline_slam.calibration.odometry_filter import filled, filtered_odometry
 from bspline_slam.errors import Cancelled
+from bspline_slam.front_end.scan_matching import MatchingConfig, Target, surface_arguments, target
 from bspline_slam.kernels import placing as kernels
-from bspline_slam.odometry_filter import filled, filtered_odometry
 from bspline_slam.scan import LaserScan, Records, ScanLog
-from bspline_slam.scan_matching import MatchingConfig, Target, surface_arguments, target
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.spline_map import SplineMap
 

@@ -10,34 +10,34 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, foreseen
+from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines, foreseen
 from bspline_slam.association import Association, AssociationConfig
 from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
+from bspline_slam.calibration.laser import LaserCalibration, laser_calibration
+from bspline_slam.calibration.laser_correction import LaserCorrection
+from bspline_slam.calibration.odometry_noise import with_learnt_noise
+from bspline_slam.calibration.velocities import velocities
 from bspline_slam.errors import Cancelled, ConfigError, LogError, SolverError
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.front_end.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
+from bspline_slam.front_end.mapping import MapBuilder
+from bspline_slam.front_end.motion import MotionConfig
+from bspline_slam.front_end.odometry_signs import odometry_signs
+from bspline_slam.front_end.relocalisation import RelocalisationConfig, Relocaliser
+from bspline_slam.front_end.scan_matching import MatchingConfig
+from bspline_slam.front_end.tracking import Tracker, TrackingConfig, carried_along
 from bspline_slam.graph import Graph, PoseFactor, PosePrior
-from bspline_slam.laser_calibration import LaserCalibration, laser_calibration
-from bspline_slam.laser_correction import LaserCorrection
 from bspline_slam.localisation import LocalisationConfig, place_on_curves
-from bspline_slam.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
-from bspline_slam.mapping import MapBuilder
-from bspline_slam.merging import MergingConfig
 from bspline_slam.models import ChordLengthConfig, make_model
 from bspline_slam.models.protocol import Model
-from bspline_slam.motion import MotionConfig
 from bspline_slam.observation import MODELS
-from bspline_slam.odometry_noise import with_learnt_noise
-from bspline_slam.odometry_signs import odometry_signs
-from bspline_slam.relocalisation import RelocalisationConfig, Relocaliser
 from bspline_slam.scan import LaserScan, ScanLog
-from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import ScanSegment, SegmentationConfig, segment_scan
 from bspline_slam.sights import KeyObservations
 from bspline_slam.spline_map import SplineMap
-from bspline_slam.tidying import tidied
-from bspline_slam.tracking import Tracker, TrackingConfig, carried_along
-from bspline_slam.velocities import velocities
+from bspline_slam.tidying.merging import MergingConfig
+from bspline_slam.tidying.tidy_map import tidied
 
 
 @dataclass(frozen=True, slots=True)

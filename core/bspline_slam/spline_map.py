@@ -20,8 +20,8 @@ class MapSpline:
     one sentence per thing that happened to it (`grew by 0.8 m at scan 120`).
 
     `left_out` is the variance (m²) of the wall about the curve by small waves that no knot was spent on
-    (`bspline_slam.knots.left_out`). Covariances of control points are those of the curve and tell nothing of it; a
-    place on the wall has it beside them, independent of other places more than a knot away.
+    (`bspline_slam.adjustment.knots.left_out`). Covariances of control points are those of the curve and tell nothing of
+    it; a place on the wall has it beside them, independent of other places more than a knot away.
     """
 
     id: int

@@ -12,7 +12,7 @@ import pytest
 from app.inline import InlineEstimator, deliver, session_with, stand_in
 from app.logs import corridor_log
 from bspline_slam.errors import SplineSlamError
-from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.front_end.loop_closure import LoopClosure
 from splinescope import commands as ask
 from splinescope.actions import ACTIONS, GROUPS, PageRequest, described, refusals
 from splinescope.actions.layers import MAP_LAYERS, SCAN_LAYERS

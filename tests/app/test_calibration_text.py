@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bspline_slam.calibration import OdometryBias
-from bspline_slam.laser_calibration import LaserCalibration
+from bspline_slam.calibration.laser import LaserCalibration
+from bspline_slam.calibration.odometry import OdometryBias
 from splinescope.calibration_text import laser_findings, odometry_findings
 from splinescope.quality import LaserNoise
 

@@ -12,7 +12,7 @@ from app import views
 from app.inline import deliver, session_with, stand_in
 from app.logs import corridor_log
 from bspline_slam import se2
-from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.front_end.loop_closure import LoopClosure
 from splinescope import commands as ask
 from splinescope.closures import ROWS, ClosurePage, Which, chosen, moves, pages
 from splinescope.inspector import describe

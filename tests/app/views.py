@@ -10,9 +10,9 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.association import Association, Candidate, Relation, Verdict
 from bspline_slam.bspline import BSpline, uniform_knots
+from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.stretches import LENGTH, Stretches
-from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.scan import LaserScan
 from bspline_slam.segmentation import EndKind, ScanSegment
 from bspline_slam.spline_map import MapSpline, SplineMap

@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from bspline_slam import se2
+from bspline_slam.front_end.scan_matching import MatchingConfig
 from bspline_slam.lab.twin import simulate_twin
 from bspline_slam.localisation import LocalisationConfig, place_on_curves, surprising
 from bspline_slam.scan import Records, ScanLog
-from bspline_slam.scan_matching import MatchingConfig
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.slam import Snapshot, run_slam
 from core.rooms import twin_room

@@ -12,7 +12,7 @@ from time import process_time
 from typing import Any
 
 from bspline_slam.backends.protocol import Estimate
-from bspline_slam.calibration import odometry_bias
+from bspline_slam.calibration.odometry import odometry_bias
 from bspline_slam.config import config_to_dict
 from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.twin_laser import TwinLaser

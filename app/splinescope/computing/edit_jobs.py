@@ -25,10 +25,10 @@ from bspline_slam.edits.piece_edits import across
 from bspline_slam.edits.quick import Answer, Footing, answer
 from bspline_slam.edits.ties import Ties
 from bspline_slam.errors import Cancelled, EditError
-from bspline_slam.mapping import carried
+from bspline_slam.front_end.mapping import carried
+from bspline_slam.front_end.tracking import carried_along
 from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
 from bspline_slam.spline_map import SplineMap
-from bspline_slam.tracking import carried_along
 from splinescope.computing.edit_messages import (
     DoubtsFound,
     EditRequest,

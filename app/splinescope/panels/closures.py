@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.front_end.loop_closure import LoopClosure
 from splinescope import table
 from splinescope.closures import ROWS, ClosurePage, Which, chosen, pages
 from splinescope.commands import LeafThrough

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam.backends.arrival import Arrival, entries
+from bspline_slam.backends.beam_model import predict_ranges
 from bspline_slam.backends.information_filter import KeyScanFilter, Observe, Rows, spline_rows
-from bspline_slam.beam_model import predict_ranges
 from bspline_slam.bspline import BSpline
 from bspline_slam.errors import SolverError
 from bspline_slam.graph import Beams, Graph

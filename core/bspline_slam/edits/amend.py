@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bspline_slam.adjustment import usual_records, with_estimate
+from bspline_slam.adjustment.adjust import usual_records, with_estimate
+from bspline_slam.adjustment.trimming import trimmed
 from bspline_slam.backends import Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.edits.decisions import Decisions
@@ -36,11 +37,10 @@ from bspline_slam.edits.problem import FAR, Changes, changed_graph, held_by_hand
 from bspline_slam.edits.spline_edits import merge_splines, pin_spline, split_spline
 from bspline_slam.edits.ties import Tie, Ties, tie
 from bspline_slam.errors import Cancelled, EditError, SolverError
+from bspline_slam.front_end.tracking import carried_along
 from bspline_slam.sights import collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
 from bspline_slam.spline_map import SplineMap
-from bspline_slam.tracking import carried_along
-from bspline_slam.trimming import trimmed
 
 MOST_ROUNDS = 10
 AT_REST = 1e-4

@@ -12,8 +12,8 @@ from bspline_slam import se2
 from bspline_slam.association import Association
 from bspline_slam.edits.edit import OnPiece, Triple
 from bspline_slam.errors import EditError
+from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.graph import PoseFactor
-from bspline_slam.loop_closure import LoopClosure
 from bspline_slam.segmentation import ScanSegment
 from bspline_slam.sights import KeyObservations
 from bspline_slam.slam import Snapshot

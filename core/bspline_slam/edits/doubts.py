@@ -12,7 +12,7 @@ from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
 from bspline_slam.edits.edit import DropLoop, Edit, Forbid, Force, OnPiece
 from bspline_slam.edits.exchange import robust_weight
-from bspline_slam.loop_closure import LoopClosure
+from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.slam import SlamConfig, Snapshot
 
 MOST = 200

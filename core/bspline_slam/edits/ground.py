@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bspline_slam.backends.protocol import Estimate
+from bspline_slam.calibration.laser_noise import calibrated
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.errors import SolverError
-from bspline_slam.laser_noise import calibrated
 from bspline_slam.models.protocol import Model
 from bspline_slam.sights import collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, Snapshot, model_of

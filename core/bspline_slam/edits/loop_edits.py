@@ -9,18 +9,18 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.adjustment import adjust_splines
+from bspline_slam.adjustment.adjust import adjust_splines
 from bspline_slam.backends import Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, never
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, DropLoop, PinPose
 from bspline_slam.errors import Cancelled, EditError
+from bspline_slam.front_end.loop_closure import LoopClosure
+from bspline_slam.front_end.mapping import MapBuilder
 from bspline_slam.graph import Graph, PoseFactor, PosePrior
-from bspline_slam.loop_closure import LoopClosure
-from bspline_slam.mapping import MapBuilder
 from bspline_slam.models.protocol import Model
 from bspline_slam.slam import SlamConfig, StageProgress, quiet
-from bspline_slam.tidying import tidied
+from bspline_slam.tidying.tidy_map import tidied
 
 BY_HAND = "closed by hand"
 RELAXED = Stopping(1e-5, 1e-4, 20)

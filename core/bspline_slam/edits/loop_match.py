@@ -9,13 +9,13 @@ from jaxtyping import Float
 
 from bspline_slam import se2
 from bspline_slam.edits.decisions import Decisions
+from bspline_slam.front_end.growth import left_normals
+from bspline_slam.front_end.loop_closure import judge
+from bspline_slam.front_end.scan_matching import PointSet, find_with_icp
+from bspline_slam.front_end.tracking import matched_information
 from bspline_slam.graph import square_root
-from bspline_slam.growth import left_normals
-from bspline_slam.loop_closure import judge
-from bspline_slam.scan_matching import PointSet, find_with_icp
 from bspline_slam.sights import KeyObservations
 from bspline_slam.slam import SlamConfig
-from bspline_slam.tracking import matched_information
 
 REACH, TURN = 0.6, np.deg2rad(15.0)
 """How far (m, rad) from the guess is searched."""

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from bspline_slam import se2
-from bspline_slam.adjustment import build_graph
+from bspline_slam.adjustment.adjust import build_graph
 from bspline_slam.association import Association
 from bspline_slam.backends.statistics import measures
 from bspline_slam.edits.decisions import Decisions

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.calibration import scan_records
+from bspline_slam.calibration.odometry import scan_records
+from bspline_slam.calibration.odometry_filter import filled, filtered_odometry
 from bspline_slam.errors import LogError
-from bspline_slam.odometry_filter import filled, filtered_odometry
 from bspline_slam.scan import Records, increasing_times
 
 HEADER = (

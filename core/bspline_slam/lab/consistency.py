@@ -14,12 +14,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from bspline_slam import se2
-from bspline_slam.adjustment import AdjustmentConfig, adjust_splines, build_graph, with_estimate
+from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines, build_graph, with_estimate
 from bspline_slam.backends import FILTERS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, never
 from bspline_slam.backends.statistics import information_of
 from bspline_slam.errors import SolverError
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.front_end.tracking import TrackingConfig
 from bspline_slam.graph import PoseFactor
 from bspline_slam.lab.simulation import QUANTUM, OdometryModel, SimulatedLog, simulate
 from bspline_slam.lab.statistics import nees
@@ -30,7 +31,6 @@ from bspline_slam.observation import MODELS
 from bspline_slam.sights import KeyObservations, collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, model_of, run_slam
 from bspline_slam.spline_map import MapSpline, SplineMap
-from bspline_slam.tracking import TrackingConfig
 
 ASSOCIATIONS = ("truth", "automatic")
 """Who says which beam saw which curve: the simulation, or the pipeline."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bspline_slam.alongside import CurveSamples, alongside
 from bspline_slam.spline_map import SplineMap
+from bspline_slam.tidying.alongside import CurveSamples, alongside
 
 SPACING = 0.02
 """Distance (m) between the samples of a curve."""

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from bspline_slam.calibration import scan_records
+from bspline_slam.calibration.laser import LaserCalibration
+from bspline_slam.calibration.odometry import scan_records
 from bspline_slam.config import config_from_dict
 from bspline_slam.errors import LogError
 from bspline_slam.export.map_json import map_from_json
 from bspline_slam.export.trajectory import Trajectory
-from bspline_slam.laser_calibration import LaserCalibration
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig

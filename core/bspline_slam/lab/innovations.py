@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.adjustment import build_graph
+from bspline_slam.adjustment.adjust import build_graph
 from bspline_slam.backends import back_end
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import State
@@ -22,10 +22,10 @@ from bspline_slam.backends.protocol import Cancelling, Estimate, never
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.backends.statistics import measures
 from bspline_slam.backends.threads import single_thread
+from bspline_slam.calibration.laser_noise import calibrated
 from bspline_slam.errors import Cancelled
 from bspline_slam.graph import SplineFactor
 from bspline_slam.lab.scan_test import ScanTest
-from bspline_slam.laser_noise import calibrated
 from bspline_slam.sights import collect_sights, find_feet
 from bspline_slam.slam import SlamConfig, Snapshot, model_of
 

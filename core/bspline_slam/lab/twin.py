@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline
-from bspline_slam.calibration import in_step
+from bspline_slam.calibration.odometry import in_step
 from bspline_slam.errors import ConfigError
 from bspline_slam.lab.casting import Obstacles
 from bspline_slam.lab.disturbances import USUAL, DisturbanceModel, Disturbances

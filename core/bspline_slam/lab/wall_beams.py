@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
-from bspline_slam.laser_calibration import LaserCalibration
-from bspline_slam.laser_correction import LaserCorrection
+from bspline_slam.calibration.laser import LaserCalibration
+from bspline_slam.calibration.laser_correction import LaserCorrection
+from bspline_slam.calibration.velocities import velocities
+from bspline_slam.front_end.tracking import TrackingConfig
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import SegmentationConfig, segment_scan
 from bspline_slam.sights import KeyObservations
-from bspline_slam.tracking import TrackingConfig
-from bspline_slam.velocities import velocities
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,7 +12,7 @@ from bspline_slam.association import Association, Piece, Verdict
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import FittingConfig, cumulated_chords, uniform_through
 from bspline_slam.flat_factors import FlatFactors
-from bspline_slam.growth import lengthened
+from bspline_slam.front_end.growth import lengthened
 from bspline_slam.kernels import curves as kernels
 from bspline_slam.models.protocol import GrowingMap, SeenBeams, Sight
 from bspline_slam.relation import Relation

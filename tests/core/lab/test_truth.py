@@ -9,6 +9,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.front_end.tracking import TrackingConfig
 from bspline_slam.lab.consistency import ODOMETRY, key_scans
 from bspline_slam.lab.simulation import SimulatedLog, simulate
 from bspline_slam.lab.truth import (
@@ -23,7 +24,6 @@ from bspline_slam.lab.truth import (
 from bspline_slam.lab.world import World
 from bspline_slam.lab.world_file import open_world
 from bspline_slam.models import NormalDistance
-from bspline_slam.tracking import TrackingConfig
 
 WORLDS = ["corridor", "three_splines"]
 

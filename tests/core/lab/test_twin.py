@@ -13,7 +13,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.bspline import BSpline, clamped_knots
-from bspline_slam.calibration import odometry_bias
+from bspline_slam.calibration.odometry import odometry_bias
 from bspline_slam.errors import ConfigError, LogError
 from bspline_slam.export.map_json import map_to_json
 from bspline_slam.export.trajectory import Trajectory

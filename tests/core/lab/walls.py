@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from bspline_slam.bspline import BSpline, clamped_knots
+from bspline_slam.calibration.laser import LaserCalibration
+from bspline_slam.front_end.tracking import TrackingConfig
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
 from bspline_slam.lab.twin import Twin, simulate_twin
 from bspline_slam.lab.twin_laser import TwinLaser
 from bspline_slam.lab.wall_beams import WallBeams
-from bspline_slam.laser_calibration import LaserCalibration
 from bspline_slam.segmentation import SegmentationConfig
 from bspline_slam.spline_map import MapSpline, SplineMap
-from bspline_slam.tracking import TrackingConfig
 
 CORNERS = np.array([[-2.0, -2.0], [-2.0, 2.0], [6.0, 2.5], [6.0, -2.0]])
 """Clockwise: the left of each wall is the inside of the room."""

@@ -9,8 +9,8 @@ from bspline_slam import se2
 from bspline_slam.association import Association, AssociationConfig, Verdict
 from bspline_slam.bspline import BSpline
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.front_end.mapping import MapBuilder
 from bspline_slam.graph import SplineFactor
-from bspline_slam.mapping import MapBuilder
 from bspline_slam.models import ChordLength, ChordLengthConfig
 from bspline_slam.models.protocol import SeenBeams
 from bspline_slam.relation import Relation

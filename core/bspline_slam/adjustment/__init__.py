@@ -1,0 +1,1 @@
+"""The map adjusted: curves trimmed, knots chosen, poses and control points solved for."""

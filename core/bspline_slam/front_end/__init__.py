@@ -1,0 +1,1 @@
+"""From scans to poses and a first map: odometry, matching, decisions scan by scan, loop closures."""
