@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from bspline_slam.graph import SplineFactor
 
@@ -75,6 +75,11 @@ class FlatFactors(Sequence[SplineFactor]):
             np.concatenate([part.readings for part in parts]),
             np.concatenate([part.constant for part in parts]),
         )
+
+    def chosen(self, which: Bool[np.ndarray, "f"]) -> FlatFactors:
+        """Some of the factors, in their order; A and b are shared."""
+        columns = (column[which] for column in (self.pose, self.first, self.size, self.start))
+        return FlatFactors(*columns, self.A, self.b, self.readings[which], self.constant[which])
 
     @property
     def measured(self) -> Int[np.ndarray, "f"]:

@@ -45,6 +45,15 @@ def test_joined_they_follow_each_other() -> None:
     assert_same(FlatFactors.joined([FlatFactors.of(part) for part in parts]), [one for part in parts for one in part])
 
 
+def test_chosen_they_are_the_same_in_their_order() -> None:
+    given = factors(12, 4)
+    which = np.random.default_rng(5).random(12) < 0.5
+    chosen = FlatFactors.of(given).chosen(which)
+    wanted = [one for one, kept in zip(given, which, strict=True) if kept]
+    assert_same(chosen, wanted)
+    assert_same(FlatFactors.joined([chosen, FlatFactors.of(given)]), [*wanted, *given])
+
+
 def test_what_is_flat_is_left_alone() -> None:
     flat = FlatFactors.of(factors(3, 2))
     assert FlatFactors.of(flat) is flat

@@ -44,7 +44,10 @@ from bspline_slam.spline_map import SplineMap
 
 MOST_ROUNDS = 10
 AT_REST = 1e-4
-"""Rounds end when none of the key poses moves by more than this (m, rad)."""
+"""Rounds end when none of the key poses moves by more than this (m, rad), or when the moves no longer fall."""
+FALLING = 0.75
+"""The largest move of a key pose falls to less than this share of it within two rounds, or it no longer falls: where
+beams enter and leave the gate of a curve that slides along itself, each round would move a little for ever."""
 WARM = Stopping(decrease=1e-7, move=1e-5, iterations=20)
 """Rounds before the last."""
 
@@ -175,7 +178,7 @@ def settled(
     Loose are beams that a person holds to a spline, and what has moved far since it was linearised.
     """
     changes, loose = Changes.of(ground, decisions), True
-    held, number = held_by_hand(decisions, changes), 0
+    held, number, moves = held_by_hand(decisions, changes), 0, (np.inf, np.inf)
     new, place = linearised(ground, decisions, changes), decisions.poses
     while loose and number < MOST_ROUNDS:
         if cancelled():
@@ -189,7 +192,9 @@ def settled(
         step, decisions = estimate.poses - decisions.poses, _moved(decisions, estimate)
         number, more = number + 1, moved_units(ground, decisions, changes)
         far = np.abs(decisions.poses - place).max() > FAR
-        loose = np.abs(step).max() > AT_REST and (held or far or bool(more))
+        move = float(np.abs(step).max())
+        loose = AT_REST < move < FALLING * moves[0] and (held or far or bool(more))
+        moves = (moves[1], move)
         if loose:
             changes = changes.with_units(more)
             new, place = linearised(ground, decisions, changes), decisions.poses

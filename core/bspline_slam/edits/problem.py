@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from jaxtyping import Bool, Int
 
 from bspline_slam import se2
 from bspline_slam.adjustment.adjust import build_graph
 from bspline_slam.association import Association
-from bspline_slam.backends.statistics import measures
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.loop_edits import pins
@@ -115,8 +115,8 @@ def moved_units(ground: Ground, decisions: Decisions, changes: Changes) -> set[U
     seen_then = se2.transform(se2.inverse(ground.estimate.poses[pose]), then[middle])
     seen_now = se2.transform(se2.inverse(decisions.poses[pose]), here[middle])
     far = (factors.readings > 0) & (np.linalg.norm(seen_now - seen_then, axis=1) > FAR)
-    owner = graph.spline_ids[np.searchsorted(graph.spline_first, factors.first, side="right") - 1]
-    return set(zip(pose[far].tolist(), owner[far].tolist(), strict=True))
+    owner = owners(graph, factors.first[far])
+    return set(zip(pose[far].tolist(), owner.tolist(), strict=True))
 
 
 def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
@@ -132,19 +132,15 @@ def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
 def changed_graph(ground: Ground, decisions: Decisions, changes: Changes, new: Graph) -> Graph:
     """The problem with the factors of the changes exchanged for those of `new`, at the present poses and curves."""
     old, drawn = ground.estimate.graph, changes.drawn
-    factors = [
-        *(
-            term
-            for term in on_splines(old, old.spline_factors)
-            if term[0] not in drawn and not (measures(term[2]) and (term[2].pose, term[0]) in changes.units)
-        ),
-        *(term for term in on_splines(new, new.spline_factors) if measures(term[2]) or term[0] in drawn),
-    ]
+    was, told = FlatFactors.of(old.spline_factors), FlatFactors.of(new.spline_factors)
+    whose, of_whom = owners(old, was.first), owners(new, told.first)
+    stay = ~np.isin(whose, list(drawn)) & ~((was.readings > 0) & _of_units(was.pose, whose, changes.units))
+    come = (told.readings > 0) | np.isin(of_whom, list(drawn))
     bends = [
         *(term for term in on_splines(old, old.shape_priors) if term[0] not in drawn),
         *(term for term in on_splines(new, new.shape_priors) if term[0] in drawn),
     ]
-    observed = {spline for spline, _, factor in factors if measures(factor)}
+    observed = {*whose[stay & (was.readings > 0)].tolist(), *of_whom[come & (told.readings > 0)].tolist()}
     splines = [spline for spline in decisions.splines if spline.id in observed]
     offsets = np.cumsum([0, *(len(spline.curve.control_points) for spline in splines)]).astype(np.int64)
     places = {spline.id: offset for spline, offset in zip(splines, offsets.tolist(), strict=False)}
@@ -154,11 +150,38 @@ def changed_graph(ground: Ground, decisions: Decisions, changes: Changes, new: G
         spline_ids=np.array([spline.id for spline in splines], dtype=np.int64),
         spline_first=offsets,
         control_points=np.concatenate([np.zeros((0, 2)), *(spline.curve.control_points for spline in splines)]),
-        spline_factors=FlatFactors.of(tuple(_placed(factors, places))),
+        spline_factors=FlatFactors.joined([_moved(old, was, stay, places), _moved(new, told, come, places)]),
         pose_factors=pose_factors(ground, decisions),
         pose_priors=(*old.pose_priors, *pins(decisions, ground.config.adjustment.anchor)),
         shape_priors=(*_placed(bends, places), *pinned(decisions, places)),
     )
+
+
+def owners(graph: Graph, first: Int[np.ndarray, "f"]) -> Int[np.ndarray, "f"]:
+    """The ids of the splines that terms are about, from the first control point of each."""
+    return graph.spline_ids[np.searchsorted(graph.spline_first, first, side="right") - 1]
+
+
+def _of_units(
+    poses: Int[np.ndarray, "f"], splines: Int[np.ndarray, "f"], units: frozenset[Unit]
+) -> Bool[np.ndarray, "f"]:
+    """Which factors, by pose and spline, are of one of the units."""
+    named = np.array(sorted(units), dtype=np.int64).reshape(-1, 2)
+    return np.isin(poses << 32 | splines, named[:, 0] << 32 | named[:, 1])
+
+
+def _moved(graph: Graph, factors: FlatFactors, which: Bool[np.ndarray, "f"], places: Mapping[int, int]) -> FlatFactors:
+    """Those factors of a graph, on the control points of another one, where `places` tell where each spline begins;
+    those of splines that are not there are left out."""
+    kept = factors.chosen(which & np.isin(owners(graph, factors.first), list(places)))
+    by = {spline: places[spline] - first for spline, first in _begins(graph) if spline in places}
+    moves = np.array([by[spline] for spline in owners(graph, kept.first).tolist()], dtype=np.int64)
+    return replace(kept, first=kept.first + moves)
+
+
+def _begins(graph: Graph) -> Iterator[tuple[int, int]]:
+    """Each spline of a graph with its first control point."""
+    return zip(graph.spline_ids.tolist(), graph.spline_first.tolist(), strict=False)
 
 
 OnSpline = TypeVar("OnSpline", SplineFactor, ShapePrior)

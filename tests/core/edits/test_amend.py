@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
-from bspline_slam.edits.amend import Amended, amended, solved_again
+from bspline_slam.edits.amend import MOST_ROUNDS, Amended, amended, solved_again
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
@@ -27,6 +28,7 @@ from bspline_slam.edits.edit import (
     SplitSegment,
     SplitSpline,
 )
+from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.piece_edits import rms_across
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.logs import open_log
@@ -223,6 +225,31 @@ def test_a_stopped_run_is_no_ground(config: SlamConfig) -> None:
         pass
     with pytest.raises(SolverError):
         amended(slam.snapshot(), (DropLoop(0, 1),), config)
+
+
+def test_rounds_end_when_the_moves_no_longer_fall(config: SlamConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    base = run_slam(open_log(SAMPLES / "office.log.gz"), config).snapshot
+    ground, wrong = Ground.of(base, config), base.map.splines[-1].id
+    pieces = [a for key in base.observations[5::120] for a in key.associations if a.last - a.first > 20]
+
+    def rounds() -> tuple[int, list[Amended]]:
+        seen: set[int] = set()
+
+        def note(stage: str, fraction: float, record: object, piece: int = 0) -> None:
+            seen.add(piece + int(fraction * MOST_ROUNDS + 1e-9))
+
+        found = []
+        for k, piece in enumerate(pieces):
+            counted = partial(note, piece=1000 * k)
+            found.append(amended(base, (Force(*where(piece), wrong),), config, counted, ground=ground))
+        return len(seen), found
+
+    few, ended = rounds()
+    monkeypatch.setattr("bspline_slam.edits.amend.FALLING", np.inf)
+    many, went_on = rounds()
+    assert few < many
+    for early, late in zip(ended, went_on, strict=True):
+        assert largest_move(early.snapshot, late.snapshot) < 5e-3
 
 
 def test_the_published_model_takes_edits_too() -> None:
