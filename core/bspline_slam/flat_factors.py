@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
@@ -78,8 +78,15 @@ class FlatFactors(Sequence[SplineFactor]):
 
     def chosen(self, which: Bool[np.ndarray, "f"]) -> FlatFactors:
         """Some of the factors, in their order; A and b are shared."""
-        columns = (column[which] for column in (self.pose, self.first, self.size, self.start))
-        return FlatFactors(*columns, self.A, self.b, self.readings[which], self.constant[which])
+        return replace(
+            self,
+            pose=self.pose[which],
+            first=self.first[which],
+            size=self.size[which],
+            start=self.start[which],
+            readings=self.readings[which],
+            constant=self.constant[which],
+        )
 
     @property
     def measured(self) -> Int[np.ndarray, "f"]:

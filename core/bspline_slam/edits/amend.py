@@ -193,13 +193,18 @@ def settled(
         number, more = number + 1, moved_units(ground, decisions, changes)
         far = np.abs(decisions.poses - place).max() > FAR
         move = float(np.abs(step).max())
-        loose = AT_REST < move < FALLING * moves[0] and (held or far or bool(more))
+        loose = goes_on(move, moves[0]) and (held or far or bool(more))
         moves = (moves[1], move)
         if loose:
             changes = changes.with_units(more)
             new, place = linearised(ground, decisions, changes), decisions.poses
     estimate = back_end("direct").solve(changed_graph(ground, decisions, changes, new), cancelled=cancelled)
     return _moved(decisions, estimate), estimate
+
+
+def goes_on(move: float, before: float) -> bool:
+    """Whether rounds still lead somewhere: key poses moved by `move` in the last and by `before` two rounds earlier."""
+    return AT_REST < move < FALLING * before
 
 
 def _moved(decisions: Decisions, estimate: Estimate) -> Decisions:

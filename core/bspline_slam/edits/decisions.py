@@ -84,10 +84,13 @@ class Decisions:
         return replace(self, keys=keys, touched=self.touched | touched)
 
     def with_spline(self, spline: MapSpline) -> Decisions:
-        """The map with this spline in the place of that of its id, or beside the others; its curve is new."""
+        """The map with this spline in the place of that of its id, or beside the others; its curve is new, and no pin
+        of another holds it."""
         others = [one for one in self.splines if one.id != spline.id]
         ordered = sorted([*others, spline], key=lambda one: one.id)
-        return replace(self, splines=SplineMap(tuple(ordered)), reshaped=self.reshaped | {spline.id})
+        pins = {number: points for number, points in self.spline_pins.items() if number != spline.id}
+        reshaped = self.reshaped | {spline.id}
+        return replace(self, splines=SplineMap(tuple(ordered)), reshaped=reshaped, spline_pins=pins)
 
     def without_spline(self, spline: int) -> Decisions:
         """The map without this spline."""

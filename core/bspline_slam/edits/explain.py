@@ -176,7 +176,10 @@ def outcome(edit: Edit, decisions: Decisions, config: SlamConfig) -> Outcome:
             away = float(np.hypot(*(pose - np.array(edit.pose))[:2]))
             return Outcome(Fate.FOLLOWED, f"The pose stays within {1000 * away:.1f} mm of its pin.", away, 1.0)
         case PinSpline() if edit.spline in decisions.splines:
-            moved = decisions.splines[edit.spline].curve.control_points - edit.curve.control_points
+            curve, pin = decisions.splines[edit.spline].curve, edit.curve
+            if not np.array_equal(curve.knots, pin.knots):
+                return Outcome(Fate.OUTVOTED, "The curve was drawn anew later and is pinned no longer.", None, 0.0)
+            moved = curve.control_points - pin.control_points
             away = float(np.linalg.norm(moved, axis=1).max())
             return Outcome(Fate.FOLLOWED, f"The curve stays within {1000 * away:.1f} mm of its pin.", away, 1.0)
         case _:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
-from bspline_slam.edits.amend import MOST_ROUNDS, Amended, amended, solved_again
+from bspline_slam.edits.amend import AT_REST, Amended, amended, decide, goes_on, solved_again
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
@@ -28,6 +27,7 @@ from bspline_slam.edits.edit import (
     SplitSegment,
     SplitSpline,
 )
+from bspline_slam.edits.explain import Fate, explain
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.piece_edits import rms_across
 from bspline_slam.errors import Cancelled, SolverError
@@ -227,29 +227,25 @@ def test_a_stopped_run_is_no_ground(config: SlamConfig) -> None:
         amended(slam.snapshot(), (DropLoop(0, 1),), config)
 
 
-def test_rounds_end_when_the_moves_no_longer_fall(config: SlamConfig, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = run_slam(open_log(SAMPLES / "office.log.gz"), config).snapshot
-    ground, wrong = Ground.of(base, config), base.map.splines[-1].id
-    pieces = [a for key in base.observations[5::120] for a in key.associations if a.last - a.first > 20]
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
+def test_rounds_go_on_while_moves_fall_and_end_when_they_only_wander(share: float) -> None:
+    falling = [0.02 * share**k for k in range(60)]
+    going = [goes_on(move, before) for before, move in zip(falling, falling[2:], strict=False)]
+    assert going == [move > AT_REST for move in falling[2:]]
+    wandering = np.random.default_rng(1).uniform(0.0003, 0.0006, 8).tolist()
+    assert not all(goes_on(move, before) for before, move in zip(wandering, wandering[2:], strict=False))
+    assert goes_on(0.02, np.inf)
 
-    def rounds() -> tuple[int, list[Amended]]:
-        seen: set[int] = set()
 
-        def note(stage: str, fraction: float, record: object, piece: int = 0) -> None:
-            seen.add(piece + int(fraction * MOST_ROUNDS + 1e-9))
-
-        found = []
-        for k, piece in enumerate(pieces):
-            counted = partial(note, piece=1000 * k)
-            found.append(amended(base, (Force(*where(piece), wrong),), config, counted, ground=ground))
-        return len(seen), found
-
-    few, ended = rounds()
-    monkeypatch.setattr("bspline_slam.edits.amend.FALLING", np.inf)
-    many, went_on = rounds()
-    assert few < many
-    for early, late in zip(ended, went_on, strict=True):
-        assert largest_move(early.snapshot, late.snapshot) < 5e-3
+def test_a_spline_that_is_drawn_anew_is_pinned_no_longer(base: Snapshot, config: SlamConfig, ground: Ground) -> None:
+    spline = base.map.splines[0]
+    x, y = spline.curve(np.array([np.mean(spline.span)]))[0].tolist()
+    pin, split = PinSpline.at(spline.id, spline.curve, spline.span), SplitSpline(spline.id, (x, y), MADE)
+    assert decide(ground, base, (pin,))[1].spline_pins.keys() == {spline.id}
+    assert not decide(ground, base, (pin, split))[1].spline_pins
+    result = made(base, config, pin, split)
+    pinned, parted = explain(base, result.snapshot, (pin, split), result.skipped, config).outcomes
+    assert (pinned.fate, parted.fate) == (Fate.OUTVOTED, Fate.FOLLOWED)
 
 
 def test_the_published_model_takes_edits_too() -> None:
