@@ -10,6 +10,7 @@ from jaxtyping import Float, Int
 from bspline_slam.kernels import matching as kernels
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.spline_map import SplineMap
+from bspline_slam.tidying.alongside import CurveSamples
 
 SPACING = 0.01
 """Distance (m) between the samples of a curve; between them its tangent stands for it."""
@@ -45,10 +46,8 @@ def nearest_curves(beams: WallBeams, splines: SplineMap) -> tuple[Float[np.ndarr
     the map; inf and −1 where none is within REACH."""
     if len(splines) == 0 or len(beams) == 0:
         return np.full(len(beams), np.inf), np.full(len(beams), -1)
-    sampled = [spline.sample(SPACING) for spline in splines]
-    samples = np.concatenate([points for _, points in sampled])
-    normals = np.concatenate([s.curve.normals(t) for s, (t, _) in zip(splines, sampled, strict=True)])
-    owner = np.repeat(np.arange(len(sampled)), [len(t) for t, _ in sampled])
+    sampled = CurveSamples.of(splines.splines, SPACING)
+    samples, normals, owner = sampled.points, sampled.normals, sampled.owner
     origin = samples.min(0) - REACH
     grid = np.ceil((samples.max(0) - origin) / REACH).astype(np.int64) + 1
     start, order = kernels.bucket_points(samples, origin, grid, REACH)
