@@ -172,7 +172,7 @@ def search(
     field: Field, scan: PointSet, guess: Float[np.ndarray, "3"], config: MatchingConfig, reach: float, turn: float
 ) -> tuple[Float[np.ndarray, "3"], float]:
     """Correlative scan matching (Olson 2009) around `guess`: pose and correlation (0…1)."""
-    points = scan.points[kernels.thin(scan.points, config.thinning)]
+    points = _thinned(scan, config)
     if len(points) == 0:
         return guess, 0.0
     x, y, theta, score = kernels.search(
@@ -184,8 +184,13 @@ def search(
 
 def correlation(field: Field, scan: PointSet, pose: Float[np.ndarray, "3"], config: MatchingConfig) -> float:
     """What `search` says of one pose."""
-    points = scan.points[kernels.thin(scan.points, config.thinning)]
+    points = _thinned(scan, config)
     return kernels.correlation(field.values, field.origin, field.cell, points, pose)
+
+
+def _thinned(scan: PointSet, config: MatchingConfig) -> Float[np.ndarray, "m 2"]:
+    """The points of a scan, those left out that are nearer than `thinning` to the one before."""
+    return scan.points[kernels.thin(scan.points, config.thinning)]
 
 
 def settle(
@@ -200,7 +205,7 @@ def settle(
     """A pose found by search made exact: ICP on thinned points, then point-to-line, held by a Gaussian prior."""
     if len(scan.points) == 0:
         return Match(found, 0.0, 0.0, 0.0, np.zeros((3, 3)))
-    thinned = scan.points[kernels.thin(scan.points, config.thinning)]
+    thinned = _thinned(scan, config)
     guess = align(place.voxels, thinned, found, config.icp)
     return refine(place.target, scan, guess, config, score=score, prior=prior, prior_information=prior_information)
 
@@ -243,9 +248,15 @@ def find_with_icp(
     """The same with ICP between search and refinement."""
     place = surroundings(gather(sets, poses), config, block)
     found, score = search(place.field, scan, guess, config, reach, turn)
-    match, thinned = settle(place, scan, found, score, config), scan.points[kernels.thin(scan.points, config.thinning)]
+    match = settle(place, scan, found, score, config)
     information = kernels.without_rivals(
-        match.information, place.field.values, place.field.origin, config.cell, thinned, match.pose, reach
+        match.information,
+        place.field.values,
+        place.field.origin,
+        config.cell,
+        _thinned(scan, config),
+        match.pose,
+        reach,
     )
     return replace(match, information=information)
 
