@@ -11,19 +11,25 @@ export function openTab(name) {
 
 let known = null; // the open tabs that Python knows of; null before it has said which to open
 
+const openTabs = () => [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim().toLowerCase());
+
 function report() {
-  const open = [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim().toLowerCase());
-  const names = open.filter((name) => rows().some(({ id }) => id === `tab-${name}`)).join();
+  const names = openTabs().filter((name) => rows().some(({ id }) => id === `tab-${name}`)).join();
   if (known === null || !names || names === known) return;
   known = names;
   send("tab", names);
 }
 
-// The viewer's own tabs come after the page: keep trying for a while.
+// The viewer's own tabs come after the page, and the first is opened again as more come: keep trying for a while.
 function restore(names, tries = 40) {
   known = null;
-  if (names.split(",").filter(Boolean).every(openTab) || !tries) known = names;
-  else setTimeout(() => restore(names, tries - 1), 100);
+  const wanted = names.split(",").filter(Boolean);
+  if (!wanted.length || openTabs().includes(wanted.at(-1)) || !tries) {
+    known = names;
+  } else {
+    wanted.forEach(openTab);
+    setTimeout(() => restore(names, tries - 1), 100);
+  }
 }
 
 export function start() {

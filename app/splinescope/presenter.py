@@ -156,7 +156,8 @@ class Presenter:
             self.fit()
             if session.place is not None:
                 self._camera.look(session.place)
-            self._page.send("tab", session.tab)
+            for client in self._page.server.get_clients():  # not for pages to come: each is told as it is greeted
+                self._tell(client, "tab", session.tab)
         elif session.preferences.follow_robot and session.scan_view is not None:
             self._camera.follow(session.scan_view.pose)
         elif session.busy and session.map_view is not self._seen_map:
