@@ -10,7 +10,7 @@ import numpy as np
 from bspline_slam.association import Association
 from bspline_slam.sights import KeyObservations
 from bspline_slam.spline_map import MapSpline, SplineMap
-from core.adjustment.test_adjust import PATH, seen_from
+from core.mapped_room import PATH, seen_from
 
 Beams = dict[tuple[int, int, int], int]
 

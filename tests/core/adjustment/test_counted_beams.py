@@ -7,7 +7,7 @@ from bspline_slam.adjustment.counted_beams import CountedBeams
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.observation import across_sigma
 from bspline_slam.sights import collect_sights, find_feet
-from core.adjustment.test_adjust import PATH, disturbed, seen_from
+from core.mapped_room import PATH, disturbed, seen_from
 
 FITTING, OUTLIER = FittingConfig(), 2.0
 

@@ -11,7 +11,7 @@ from bspline_slam.fitting import FittingConfig
 from bspline_slam.models import NormalDistance
 from bspline_slam.sights import collect_sights, find_feet
 from bspline_slam.spline_map import SplineMap
-from core.adjustment.test_adjust import PATH, seen_from
+from core.mapped_room import PATH, seen_from
 
 
 def test_support_keeps_what_two_poses_saw_and_ends_where_beams_do() -> None:
