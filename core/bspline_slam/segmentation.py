@@ -78,14 +78,13 @@ def segment_scan(scan: LaserScan, config: SegmentationConfig = SegmentationConfi
     cuts = np.concatenate([[0], np.flatnonzero(jumps | corners) + 1, [len(beams)]])
     breaks = np.concatenate([[False], jumps[cuts[1:-1] - 1], [False]])
     mixed = surfaces.mixed_ends(points, cuts, breaks, config.mixed, BESIDE, config.least_points)
-    segments = []
-    for (a, b), (before, behind) in zip(itertools.pairwise(cuts.tolist()), mixed.tolist(), strict=True):
-        if b - a < config.least_points:
-            continue
-        start = _end_kind(scan, beams, corners, inside=a, outside=a - 1)
-        end = _end_kind(scan, beams, corners, inside=b - 1, outside=b)
-        sound = slice(a + before, b - behind)
-        segments.append(ScanSegment(scan.index, len(segments), beams[sound], points[sound], start, end))
+    kinds, segments = _end_kinds(scan, beams, corners, cuts), []
+    for (a, b), (start, end), (before, behind) in zip(
+        itertools.pairwise(cuts.tolist()), kinds, mixed.tolist(), strict=True
+    ):
+        if b - a >= config.least_points:
+            sound = slice(a + before, b - behind)
+            segments.append(ScanSegment(scan.index, len(segments), beams[sound], points[sound], start, end))
     return tuple(segments)
 
 
@@ -142,16 +141,21 @@ def _reach_indices(
     return before, after
 
 
-def _end_kind(
-    scan: LaserScan, beams: Int[np.ndarray, "m"], corners: Bool[np.ndarray, "m-1"], inside: int, outside: int
-) -> EndKind:
-    """Kind of the end between the neighbouring kept beams number `inside` (of the segment) and `outside`."""
-    if not 0 <= outside < len(beams):
-        next_beam = beams[inside] + (outside - inside)
-        return EndKind.NO_RETURN if 0 <= next_beam < len(scan.ranges) else EndKind.FIELD_OF_VIEW
-    if corners[min(inside, outside)]:
-        return EndKind.CORNER
-    if abs(int(beams[outside]) - int(beams[inside])) > 1:
-        return EndKind.NO_RETURN
-    nearer = scan.ranges[beams[inside]] < scan.ranges[beams[outside]]
-    return EndKind.EDGE if nearer else EndKind.OCCLUDED
+def _end_kinds(
+    scan: LaserScan, beams: Int[np.ndarray, "m"], corners: Bool[np.ndarray, "m-1"], cuts: Int[np.ndarray, "k1"]
+) -> list[tuple[EndKind, EndKind]]:
+    """Why each of the pieces between these cuts of the kept beams starts and ends."""
+    starts, ends = [EndKind.NO_RETURN if beams[0] > 0 else EndKind.FIELD_OF_VIEW], []
+    inner = cuts[1:-1]
+    here, before = beams[inner], beams[inner - 1]
+    ranges = zip(scan.ranges[before].tolist(), scan.ranges[here].tolist(), strict=True)
+    missing = (here - before > 1).tolist()
+    for corner, gap, (near, far) in zip(corners[inner - 1].tolist(), missing, ranges, strict=True):
+        if corner or gap:
+            ends.append(EndKind.CORNER if corner else EndKind.NO_RETURN)
+            starts.append(ends[-1])
+        else:
+            ends.append(EndKind.EDGE if near < far else EndKind.OCCLUDED)
+            starts.append(EndKind.EDGE if far < near else EndKind.OCCLUDED)
+    ends.append(EndKind.NO_RETURN if beams[-1] + 1 < len(scan.ranges) else EndKind.FIELD_OF_VIEW)
+    return list(zip(starts, ends, strict=True))

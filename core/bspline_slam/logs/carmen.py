@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from bspline_slam import se2
 from bspline_slam.errors import LogError
 from bspline_slam.logs.carmen_index import CarmenIndex, Entry
-from bspline_slam.logs.carmen_line import LASERS, SAYS_ANGLES, LaserLine, parse_laser
+from bspline_slam.logs.carmen_line import LASERS, SAYS_ANGLES, LaserLine
 from bspline_slam.logs.field_of_view import bearings_of_count, count_is_known
 from bspline_slam.logs.indexed_log import IndexedLog, Progress
 from bspline_slam.logs.peculiarities import beam_notes, moving_or_none, time_notes
@@ -64,7 +64,8 @@ def read_carmen(path: Path, text: bytes, content_hash: str, topic: str | None, p
 
     def read_scan(index: int) -> LaserScan:
         entry = scans[index]
-        return sensor.scan(index, entry.stamp, parse_laser(text[entry.start : entry.end].split()))
+        assert entry.line is not None
+        return sensor.scan(index, entry.stamp, entry.line)
 
     return IndexedLog.from_records(
         path=path,

@@ -1,4 +1,4 @@
-"""The index pass over a CARMEN log: every line is looked at once, its place and its poses are kept."""
+"""The index pass over a CARMEN log: every line is looked at once, its readings and its poses are kept."""
 
 from __future__ import annotations
 
@@ -18,16 +18,15 @@ SCRIPT = (*SCRIPT_POSES, *SCRIPT_LASERS)
 _SAMPLED_SCANS = 400
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Entry:
-    """A line that was understood: its tag, its bytes in the text, its stamp and the poses it carries."""
+    """A line that was understood: its tag, its stamp and the poses it carries; one of a laser as it is, too."""
 
     tag: bytes
-    start: int
-    end: int
     stamp: float
     pose: tuple[float, float, float]
     laser: tuple[float, float, float] | None = None
+    line: LaserLine | None = None
 
 
 @dataclass(eq=False, slots=True)
@@ -64,12 +63,12 @@ class CarmenIndex:
             if not fields or (fields[0].startswith(b"#") and fields[0] not in SCRIPT):
                 continue
             try:
-                found.add(fields, before + 1, end, sampled=number % stride == 0)
+                found.add(fields, sampled=number % stride == 0)
             except BadLine as rule:
                 found.damaged.append((number, str(rule)))
         return found
 
-    def add(self, fields: list[bytes], start: int, end: int, sampled: bool) -> None:
+    def add(self, fields: list[bytes], sampled: bool) -> None:
         """Take in one line. BadLine when it begins with a known word but breaks its rule."""
         tag = fields[0]
         if tag in LASERS:
@@ -77,19 +76,19 @@ class CarmenIndex:
             stamp, pose, laser = line.stamp, line.pose, line.laser
             if tag in SCRIPT_LASERS:
                 stamp, pose, laser = self._now(fields), self.place, self.place
-            self.entries.append(Entry(tag, start, end, stamp, pose, laser))
+            self.entries.append(Entry(tag, stamp, pose, laser, line))
             self.beams[tag][len(line.readings)] += 1
             self.unmeasured[tag] += len(line.readings) - int(np.count_nonzero(line.readings >= 0))
             if sampled or not self.samples[tag]:
                 self.samples[tag].append(line)
         elif tag in POSES:
             pose = parse_pose(fields)
-            self.entries.append(Entry(tag, start, end, pose.stamp, pose.pose))
+            self.entries.append(Entry(tag, pose.stamp, pose.pose))
         elif tag == CLOCK:
             self._now(fields)
         elif tag in SCRIPT_POSES:
             self.place = script_pose(fields)
-            self.entries.append(Entry(b"ODOM", start, end, self._now(fields), self.place))
+            self.entries.append(Entry(b"ODOM", self._now(fields), self.place))
         elif tag == b"PARAM" and len(fields) > 2:
             self.parameters[fields[1].decode("latin-1")] = fields[2].decode("latin-1")
         else:
