@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -22,8 +23,7 @@ class Verdict(Enum):
     IGNORED = "ignored"  # left out (clutter, or by hand)
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
+class Candidate(NamedTuple):
     """A spline that came into question: RMS distance along the normal (m) and the share of the piece's beams it
     explains."""
 

@@ -60,8 +60,9 @@ def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sight
             if association.spline is None or association.spline not in place:
                 continue
             segment = by_index[association.segment]
-            inside = (segment.beams >= association.first) & (segment.beams <= association.last)
-            rows.append((place[association.spline], pose, segment.points[inside], key.sensor, segment.beams[inside]))
+            beams = segment.beams
+            inside = slice(beams.searchsorted(association.first), beams.searchsorted(association.last + 1))
+            rows.append((place[association.spline], pose, segment.points[inside], key.sensor, beams[inside]))
     rows.sort(key=lambda row: row[0])
     if not rows:
         empty = np.zeros(0, dtype=np.int64)

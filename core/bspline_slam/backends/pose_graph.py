@@ -52,9 +52,10 @@ class PoseGraph:
             progress(replace(record, control_points=graph.control_points))
 
         start = State(alone.poses, alone.control_points)
-        descent = descend(FullProblem.from_graph(alone), start, self.stopping, with_start, cancelled)
+        problem = FullProblem.from_graph(alone)
+        descent = descend(problem, start, self.stopping, with_start, cancelled)
         records = [replace(record, control_points=graph.control_points) for record in descent.records]
-        poses, curves, edges = descent.state.poses, pack_curves(graph), pack_edges(graph)
+        poses, curves, edges = descent.state.poses, pack_curves(graph), problem.edges
         state = State(poses, fit_control_points(curves, edges, poses, graph.control_points))
         step = State(np.zeros((0, 3)), state.control_points - graph.control_points)
         last = records[-1]

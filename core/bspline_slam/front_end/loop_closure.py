@@ -102,6 +102,10 @@ class Proposal:
         return off, float(np.linalg.norm(self.factor.sqrt_information @ off))
 
 
+THREADS = 2
+"""So many places are compared at once."""
+
+
 def candidates(keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], reach: float, config: LoopConfig) -> list[int]:
     """Key scans worth comparing with the last one: travelled away from since, near by, and apart from each other."""
     old = bisect_left(keys, keys[-1].travel - config.least_travel, key=lambda key: key.travel)
@@ -181,8 +185,8 @@ class LoopCloser:
     """State of loop closing: every proposal with its verdict, those that wait for a second opinion, and those that are
     being made.
 
-    A key scan is compared in a thread of its own, while the scans up to the next one are read. The verdict waits for
-    that next one, so that nothing hangs on how fast the thread is.
+    A key scan is compared with each place in a thread of its own, while the scans up to the next one are read. The
+    verdict waits for that next one, so that nothing hangs on how fast the threads are.
     """
 
     config: LoopConfig
@@ -192,8 +196,8 @@ class LoopCloser:
     accepted: list[Proposal] = field(default_factory=list)
     waiting: list[Proposal] = field(default_factory=list)
     closed_at: float = 0.0
-    _asked: Future[list[Proposal]] | None = None
-    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1, "loop closing"))
+    _asked: list[Future[Proposal]] = field(default_factory=list)
+    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(THREADS, "loop closing"))
 
     @property
     def told(self) -> tuple[LoopClosure, ...]:
@@ -207,25 +211,23 @@ class LoopCloser:
         travelled = keys[-1].travel - self.closed_at
         reach, _ = window(travelled, self.config)
         places = candidates(keys, poses, reach, self.config)
-        if places:
-            self._asked = self._pool.submit(self._proposals, list(keys), poses, places, travelled)
-
-    def _proposals(
-        self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], places: Sequence[int], travelled: float
-    ) -> list[Proposal]:
-        return [propose(keys, poses, i, travelled, self.config, self.matching, self.tracking) for i in places]
+        held = list(keys) if places else []
+        self._asked = [
+            self._pool.submit(propose, held, poses, i, travelled, self.config, self.matching, self.tracking)
+            for i in places
+        ]
 
     def found(self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"]) -> list[Proposal]:
         """The closures newly accepted of what was last looked at, now that the key scans are at these poses."""
         fresh: list[Proposal] = []
-        for proposal in self._asked.result() if self._asked is not None else ():
+        for proposal in [asked.result() for asked in self._asked]:
             if not proposal.closure.accepted:
                 self.closures.append(proposal.closure)
             elif self._expected(proposal, poses):
                 fresh.append(proposal)
             else:
                 fresh.extend(self._confirm(proposal, keys, poses))
-        self._asked = None
+        self._asked = []
         self._forget(keys)
         settled = [keys[proposal.j].travel for proposal in fresh if self._settles(proposal)]
         self.closed_at = max([self.closed_at, *settled])

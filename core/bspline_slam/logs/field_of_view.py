@@ -32,8 +32,8 @@ def bearings_of_count(beams: int) -> Float[np.ndarray, "beams"]:
     """Bearings (rad) of `beams` readings of a laser that does not say its field of view.
 
     Even counts that divide a half turn leave out its last beam (180 → −90…+89°, 360 → −90…+89.5°), odd ones have
-    both ends (181 → −90…+90°, 361 likewise); the counts of some other sensors are known; the rest cover a half turn. All
-    scans of a log share the array, which nobody may write to.
+    both ends (181 → −90…+90°, 361 likewise); the counts of some other sensors are known; the rest cover a half turn.
+    All scans of a log share the array, which nobody may write to.
     """
     if beams in _OTHER_SENSORS:
         first, step = _OTHER_SENSORS[beams]

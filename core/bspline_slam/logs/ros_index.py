@@ -17,6 +17,7 @@ from bspline_slam.scan import LaserScan
 
 _LEAST_STEP = 1e-6  # rad
 _SANE = 1e9  # m
+_TURNED = 100.0  # rad: no sensor counts its turns so far, and steps would be lost in rounding
 
 
 class BadMessage(Exception):
@@ -133,7 +134,7 @@ def _check_angles(message: Any) -> None:
     step = abs(message.angle_increment)
     if len(message.ranges) == 0:
         raise BadMessage("it has no readings")
-    if not np.isfinite(message.angle_min) or not np.isfinite(step):
+    if not abs(message.angle_min) < _TURNED or not np.isfinite(step):
         raise BadMessage("its angles are not numbers")
     if len(message.ranges) > 1 and not _LEAST_STEP <= step <= np.pi:
         raise BadMessage(f"its angle_increment is {message.angle_increment:g} rad")
