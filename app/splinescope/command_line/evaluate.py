@@ -7,6 +7,7 @@ from typing import Any
 
 from bspline_slam.errors import ConfigError
 from bspline_slam.export.trajectory import Trajectory
+from bspline_slam.lab.corner_gaps import CornerGaps
 from bspline_slam.lab.crispness import crispness
 from bspline_slam.lab.double_walls import double_walls
 from bspline_slam.lab.evaluation import TrajectoryErrors
@@ -51,7 +52,7 @@ def map_figures(run: FinishedRun, log_path: Path | None) -> dict[str, Any]:
             "crispness": text.crispness_figures(crispness(beams, run.splines)),
             "held_out": text.crispness_figures(held_out(beams, run.splines, config)),
         }
-    size = text.size_figures(MapSize.of(run.splines, beams), double_walls(run.splines))
+    size = text.size_figures(MapSize.of(run.splines, beams), double_walls(run.splines), CornerGaps.of(run.splines))
     return fit | {"map": size, "run": text.cost_figures(run.report)}
 
 

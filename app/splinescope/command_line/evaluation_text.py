@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.lab.corner_gaps import CornerGaps
 from bspline_slam.lab.crispness import Crispness
 from bspline_slam.lab.evaluation import Figures, TrajectoryErrors
 from bspline_slam.lab.map_size import MapSize
@@ -100,13 +101,17 @@ def held_out_text(figures: dict[str, Any]) -> str:
     return f"held out     {_near(figures)}   curves fitted to even beams, held against odd ones"
 
 
-def size_figures(size: MapSize, doubled: float) -> dict[str, Any]:
-    """Splines, control points and bytes, and how many metres of curve show a wall twice."""
+def size_figures(size: MapSize, doubled: float, gaps: CornerGaps) -> dict[str, Any]:
+    """Splines, control points and bytes, how many metres of curve show a wall twice, and how well corners meet."""
     return {
         "splines": size.splines,
         "control_points": size.control_points,
         "spline_metres": round(size.metres, 2),
         "double_walls_m": round(doubled, 2),
+        "corners": gaps.corners,
+        "corners_joined": gaps.joined,
+        "corner_gap_mean_m": _number(gaps.mean),
+        "corner_gap_95_m": _number(gaps.percentile_95),
         "bytes": size.raw,
         "bytes_gzip": size.packed,
         "grid_bytes": size.grid_raw,
@@ -122,9 +127,21 @@ def size_text(figures: dict[str, Any]) -> str:
         f"map          {figures['splines']} splines, {figures['control_points']:,} control points, "
         f"{figures['spline_metres']:g} m\n"
         f"double walls {figures['double_walls_m']:.1f} m of curve within 8 cm of a longer one that faces the same way\n"
+        f"{_corner_text(figures)}"
         f"size         {figures['bytes']:,} bytes, {figures['bytes_gzip']:,} gzip: "
         "control points and knots as float32\n"
         f"             {grid:,} bytes, {packed}: a grid of 5 cm cells over the same rectangle"
+    )
+
+
+def _corner_text(figures: dict[str, Any]) -> str:
+    """How many corners are joined, and how far walls end from the crossing at all of them; nothing without corners."""
+    if not figures["corners"]:
+        return ""
+    mean, worst = 1e3 * figures["corner_gap_mean_m"], 1e3 * figures["corner_gap_95_m"]
+    return (
+        f"corners      {figures['corners_joined']} of {figures['corners']} joined; "
+        f"walls end {mean:.1f} mm from their crossing, 95 % within {worst:.0f} mm\n"
     )
 
 

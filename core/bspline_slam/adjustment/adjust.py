@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.adjustment.corner_joints import walls_in_turn, with_corners
 from bspline_slam.adjustment.counted_beams import CountedBeams
 from bspline_slam.adjustment.trimming import TrimmingConfig, agreed, thinned, trimmed
 from bspline_slam.backends import IN_ORDER, ONE_PASS, Stopping, back_end, solve_control_points
@@ -18,6 +19,7 @@ from bspline_slam.backends.islsjf import JOINING_RECORDS
 from bspline_slam.backends.one_pass import records_of
 from bspline_slam.backends.protocol import BackEnd, Cancelling, Estimate, IterationRecord, never
 from bspline_slam.calibration.laser_noise import calibrated
+from bspline_slam.corners import Joint, meeting
 from bspline_slam.errors import Cancelled
 from bspline_slam.flat_curves import FlatCurves
 from bspline_slam.flat_factors import FlatFactors
@@ -249,6 +251,7 @@ def adjust_splines(
     """
     records: list[IterationRecord] = []
     estimate: Estimate | None = None
+    joints: tuple[Joint, ...] = ()
     sights = collect_sights(keys, splines)
     for number, gate in enumerate(config.gates):
         if cancelled():
@@ -260,6 +263,9 @@ def adjust_splines(
             model = calibrated(model, splines, sights, feet, poses) if config.estimate_noise else model
             before, seen = splines, (sights, feet, poses, config.trimming, model.fitting)
             splines = agreed(thinned(splines, *seen) if half else splines, *seen)
+            if last:
+                followed = walls_in_turn(before, sights, feet, config.trimming)
+                splines, joints = with_corners(splines, followed, config.trimming, model)
             sights = renumbered(sights, before, splines)
         graph = build_graph(keys, poses, splines, factors, sights, config, model, gate)
         graph = _with_fitted_curves(graph) if number == 0 else graph
@@ -274,7 +280,7 @@ def adjust_splines(
         before, poses, splines = splines, estimate.poses, with_estimate(splines, estimate)
         sights = renumbered(sights, before, splines)
     assert estimate is not None
-    return splines, replace(estimate, iterations=tuple(records))
+    return meeting(splines, joints), replace(estimate, iterations=tuple(records))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

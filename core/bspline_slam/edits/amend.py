@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bspline_slam.adjustment.adjust import usual_records, with_estimate
-from bspline_slam.adjustment.trimming import trimmed
+from bspline_slam.adjustment.trimming import on_stretch, trimmed
 from bspline_slam.backends import Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
+from bspline_slam.corners import LOOSE, corners_of, meeting
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import (
     CloseLoop,
@@ -97,7 +98,8 @@ def solved_again(
         progress("adjustment", min(record.index, usual - 1) / usual, record)
 
     estimate = back_end(name).solve(amended.estimate.graph, progress=note, cancelled=cancelled)
-    return _snapshot(amended, _moved(Decisions.of(amended), estimate), estimate)
+    decisions, joints = _moved(Decisions.of(amended), estimate), [corner.joint for corner in corners_of(amended.map)]
+    return _snapshot(amended, replace(decisions, splines=meeting(decisions.splines, joints)), estimate)
 
 
 # -- decisions -----------------------------------------------------------------------------------------------------
@@ -163,10 +165,22 @@ def _supported(ground: Ground, decisions: Decisions) -> Decisions:
     feet = find_feet(sights, chosen, decisions.poses, adjustment.gates[-1])
     cut = trimmed(chosen, sights, feet, adjustment.trimming, ground.model)
     before = {spline.id: spline for spline in chosen}
+    corners = corners_of(ground.decisions.splines)
+    ended, started = {corner.before for corner in corners}, {corner.after for corner in corners}
     for after in cut:
-        if after is not before[after.id]:
-            decisions = decisions.with_spline(after)
+        whole = before[after.id]
+        span = (
+            _at_corner(whole.span[0], after.span[0]) if after.id in started else after.span[0],
+            _at_corner(whole.span[1], after.span[1]) if after.id in ended else after.span[1],
+        )
+        if span != whole.span:
+            decisions = decisions.with_spline(on_stretch(whole, span, ground.model))
     return decisions
+
+
+def _at_corner(corner: float, seen: float) -> float:
+    """Where a spline ends that met another at the parameter `corner` and is seen up to another one."""
+    return corner if abs(seen - corner) <= LOOSE else seen
 
 
 # -- solving -------------------------------------------------------------------------------------------------------
@@ -178,6 +192,7 @@ def settled(
     Loose are beams that a person holds to a spline, and what has moved far since it was linearised.
     """
     changes, loose = Changes.of(ground, decisions), True
+    joints = {corner.joint for each in (ground.decisions, decisions) for corner in corners_of(each.splines)}
     held, number, moves = held_by_hand(decisions, changes), 0, (np.inf, np.inf)
     new, place = linearised(ground, decisions, changes), decisions.poses
     while loose and number < MOST_ROUNDS:
@@ -199,7 +214,8 @@ def settled(
             changes = changes.with_units(more)
             new, place = linearised(ground, decisions, changes), decisions.poses
     estimate = back_end("direct").solve(changed_graph(ground, decisions, changes, new), cancelled=cancelled)
-    return _moved(decisions, estimate), estimate
+    decisions = _moved(decisions, estimate)
+    return replace(decisions, splines=meeting(decisions.splines, sorted(joints))), estimate
 
 
 def goes_on(move: float, before: float) -> bool:

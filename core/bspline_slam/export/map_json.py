@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.bspline import BSpline
+from bspline_slam.corners import Corner, corners_of
 from bspline_slam.errors import GeometryError, LogError
 from bspline_slam.spline_map import MapSpline, SplineMap
 
@@ -28,9 +29,20 @@ def map_to_json(spline_map: SplineMap, covariances: Covariances, path: Path) -> 
         "frame": "world: right-handed, x and y in the plane of the laser, origin at the first pose",
         "units": {"length": "m", "covariance": "m^2"},
     }
-    rows = [_spline_to_dict(spline, covariances.get(spline.id)) for spline in spline_map]
-    text = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)
-    path.write_text(f'{json.dumps(head)[:-1]}, "splines": [\n{text}\n]}}\n', encoding="utf-8")
+    rows = (_spline_to_dict(spline, covariances.get(spline.id)) for spline in spline_map)
+    corners = map(_corner_to_dict, corners_of(spline_map))
+    text = f'{json.dumps(head)[:-1]}, "splines": [{_lines(rows)}], "corners": [{_lines(corners)}]}}\n'
+    path.write_text(text, encoding="utf-8")
+
+
+def _lines(rows: Iterable[dict[str, Any]]) -> str:
+    """A row a line."""
+    return "\n" + ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows) + "\n"
+
+
+def _corner_to_dict(corner: Corner) -> dict[str, Any]:
+    turn = float(f"{corner.turn:.9g}")
+    return {"before": corner.before, "after": corner.after, "point": _rounded(corner.point), "turn": turn}
 
 
 def map_from_json(path: Path) -> tuple[SplineMap, dict[int, Float[np.ndarray, "d d"]]]:
