@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.association import Association
+from bspline_slam.corners import corners_of
 from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.slam import SlamStep
 from splinescope.pieces import every_piece, name_of_piece
@@ -122,6 +123,11 @@ def describe_spline(spline_id: int, world: MapView, steps: Mapping[int, SlamStep
     ]
     if seen:
         rows.append(("last seen at scan", f"{seen[-1]:,}"))
+    for corner in corners_of(world.map):
+        if corner.after == spline_id:
+            rows.append(("corner at its start", f"with spline {corner.before}"))
+        if corner.before == spline_id:
+            rows.append(("corner at its end", f"with spline {corner.after}"))
     covariance = world.covariances.get(spline_id)
     if covariance is not None:
         largest = max(

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from bspline_slam.bspline import BSpline, uniform_knots
+from bspline_slam.corners import corners_of, meeting
 from bspline_slam.errors import LogError
 from bspline_slam.export.map_json import map_from_json, map_to_json
 from bspline_slam.spline_map import MapSpline, SplineMap
+from core.test_corners import niche
 
 
 def a_map(rng: np.random.Generator) -> tuple[SplineMap, dict[int, np.ndarray]]:
@@ -39,11 +41,21 @@ def test_a_map_comes_back_as_it_was(tmp_path: Path) -> None:
     np.testing.assert_allclose(covariances_again[3], covariances[3], rtol=1e-8)
 
 
+def test_corners_are_told_and_come_back(tmp_path: Path) -> None:
+    joined = meeting(niche(1.2), [(3, 7)])
+    map_to_json(joined, {}, tmp_path / "map.json")
+    (row,) = json.loads((tmp_path / "map.json").read_text())["corners"]
+    assert (row["before"], row["after"]) == (3, 7)
+    assert row["turn"] == pytest.approx(1.2)
+    (corner,) = corners_of(map_from_json(tmp_path / "map.json")[0])
+    np.testing.assert_allclose(corner.point, row["point"], atol=1e-7)
+
+
 def test_the_file_says_what_it_is(tmp_path: Path) -> None:
     map_to_json(SplineMap(), {}, tmp_path / "map.json")
     data = json.loads((tmp_path / "map.json").read_text())
     assert (data["format"], data["version"], data["units"]["length"]) == ("splinescope-map", 1, "m")
-    assert data["splines"] == []
+    assert data["splines"] == data["corners"] == []
 
 
 @pytest.mark.parametrize(
