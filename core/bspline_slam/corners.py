@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.bspline import BSpline
+from bspline_slam.flat_curves import FlatCurves
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 LEAST_SINE = 0.5
@@ -79,9 +80,9 @@ def end_crossing(before: MapSpline, after: MapSpline) -> Crossing | None:
 def ends_and_starts(splines: SplineMap, within: float) -> Iterator[tuple[int, int]]:
     """The places in the map of all pairs of splines, the end of the first of which lies no farther than `within` (m)
     from the start of the second, along either axis."""
-    if len(splines) == 0:
-        return
-    ends, starts = (np.array([s.curve(np.array([s.span[k]]))[0] for s in splines]) for k in (1, 0))
+    curves = FlatCurves.of([spline.curve for spline in splines])
+    spans = np.array([spline.span for spline in splines], dtype=float).reshape(-1, 2)
+    ends, starts = curves.points_at(spans[:, 1]), curves.points_at(spans[:, 0])
     order = np.argsort(starts[:, 0], kind="stable")
     first, last = (np.searchsorted(starts[order, 0], ends[:, 0] + way * within) for way in (-1.0, 1.0))
     for i, (a, b) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):

@@ -44,6 +44,10 @@ class FlatCurves:
         """Of each control point its Greville abscissa, and the unit tangent of its curve there."""
         return kernels.greville(self.degrees, self.knot_start, self.knots, self.point_start, self.control_points)
 
+    def points_at(self, t: Float[np.ndarray, "c"]) -> Float[np.ndarray, "c 2"]:
+        """The point of each curve at its parameter."""
+        return kernels.points_at(t, self.degrees, self.knot_start, self.knots, self.point_start, self.control_points)
+
 
 def _starts(counts: Int[np.ndarray, "c"]) -> Int[np.ndarray, "c1"]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)

@@ -32,6 +32,14 @@ def test_greville_abscissae_and_tangents_are_those_of_the_curves() -> None:
     np.testing.assert_allclose(tangents[:, ::-1] * (-1.0, 1.0), across, atol=1e-12)
 
 
+def test_points_are_those_of_the_curves_beyond_their_domains_too() -> None:
+    for share in (0.0, 0.37, 1.0, 1.05):
+        t = np.array([low + share * (high - low) for low, high in (curve.domain for curve in CURVES)])
+        expected = [curve(t[c : c + 1])[0] for c, curve in enumerate(CURVES)]
+        np.testing.assert_allclose(FlatCurves.of(CURVES).points_at(t), expected, atol=1e-12)
+
+
 def test_no_curve_is_fine() -> None:
+    assert FlatCurves.of([]).points_at(np.zeros(0)).shape == (0, 2)
     assert len(FlatCurves.of([]).control_points) == 0
     assert FlatCurves.of([]).greville()[0].shape == (0,)

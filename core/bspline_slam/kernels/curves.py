@@ -137,6 +137,19 @@ def greville(degrees, knot_start, all_knots, point_start, all_points):
 
 
 @njit(cache=True)
+def points_at(t, degrees, knot_start, all_knots, point_start, all_points):
+    """The point of each curve at its parameter in `t`."""
+    points = np.empty((len(t), 2))
+    for c in range(len(t)):
+        degree, count = degrees[c], point_start[c + 1] - point_start[c]
+        knots = all_knots[knot_start[c] : knot_start[c + 1]]
+        control_points = all_points[point_start[c] : point_start[c + 1]]
+        values, slopes = np.empty(degree + 1), np.empty(degree + 1)
+        _, points[c, 0], points[c, 1], _, _ = _at(t[c], degree, count, knots, control_points, values, slopes)
+    return points
+
+
+@njit(cache=True)
 def piece_sizes(cuts, orders, first):
     """Of each piece: its first control point, rows and columns of its compressed observation."""
     pieces = len(orders)
