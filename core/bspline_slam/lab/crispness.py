@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.kernels import matching as kernels
+from bspline_slam.curve_samples import CurveSamples
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.spline_map import SplineMap
-from bspline_slam.tidying.alongside import CurveSamples
 
 SPACING = 0.01
 """Distance (m) between the samples of a curve; between them its tangent stands for it."""
@@ -46,20 +45,11 @@ def nearest_curves(beams: WallBeams, splines: SplineMap) -> tuple[Float[np.ndarr
     the map; inf and −1 where none is within REACH."""
     if len(splines) == 0 or len(beams) == 0:
         return np.full(len(beams), np.inf), np.full(len(beams), -1)
-    sampled = CurveSamples.of(splines.splines, SPACING)
-    samples, normals, owner = sampled.points, sampled.normals, sampled.owner
-    origin = samples.min(0) - REACH
-    grid = np.ceil((samples.max(0) - origin) / REACH).astype(np.int64) + 1
-    start, order = kernels.bucket_points(samples, origin, grid, REACH)
-    ends = beams.ends
-    found = kernels.facing_candidates(
-        ends, beams.towards, samples, normals, owner, start, order, origin, grid, REACH, REACH, FACING, 1
-    )[:, 0]
-    off, normal = ends - samples[found], normals[found]
-    across = np.abs((off * normal).sum(1))
-    along = np.abs(off[:, 0] * normal[:, 1] - off[:, 1] * normal[:, 0])
+    samples = CurveSamples.of(splines.splines, SPACING)
+    found = samples.facing(beams.ends, beams.towards, REACH, FACING, 1)[:, 0]
+    across, along = np.abs(samples.apart(beams.ends, found))
     distance = np.hypot(across, np.where(along > SPACING, along, 0.0))
-    return np.where(found >= 0, distance, np.inf), np.where(found >= 0, owner[found], -1)
+    return np.where(found >= 0, distance, np.inf), np.where(found >= 0, samples.owner[found], -1)
 
 
 def crispness(beams: WallBeams, splines: SplineMap) -> Crispness:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from bspline_slam.curve_samples import CurveSamples
 from bspline_slam.spline_map import SplineMap
-from bspline_slam.tidying.alongside import CurveSamples, alongside
+from bspline_slam.tidying.alongside import alongside
 
 SPACING = 0.02
 """Distance (m) between the samples of a curve."""

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from bspline_slam.curve_samples import CurveSamples
 from bspline_slam.sights import Feet, KeyObservations, Sights
 from bspline_slam.spline_map import MapSpline, SplineMap
-from bspline_slam.tidying.alongside import Alongside, CurveSamples, alongside
+from bspline_slam.tidying.alongside import Alongside, alongside
 from bspline_slam.tidying.handing_over import handed_over, renamed
 
 SPACING = 0.05
