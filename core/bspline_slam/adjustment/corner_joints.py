@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from bspline_slam.adjustment.trimming import TrimmingConfig, facing_spacing
-from bspline_slam.corners import Crossing, Joint, end_crossing
+from bspline_slam.corners import LOOSE, Crossing, Joint, end_crossing
 from bspline_slam.models.protocol import Model
 from bspline_slam.sights import Feet, Sights
 from bspline_slam.spline_map import MapSpline, SplineMap
@@ -20,8 +20,6 @@ NEAR = 3.0
 """Beams tell of the end of a wall that is no farther than this many times the widest gap."""
 LEEWAY = 3.0
 """Beams lie beyond a corner if they end so many standard deviations of their range behind it."""
-ROOM = 0.02
-"""A curve is defined so far (m) beyond its corner, which moves a little when the map is solved again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +114,9 @@ def _crossings(
 
 
 def _on(spline: MapSpline, span: tuple[float, float], at_start: bool, at_end: bool, model: Model) -> MapSpline:
-    """The spline on this stretch, its curve defined a little beyond those ends that lie at a corner."""
+    """The spline on this stretch, its curve defined a little beyond its ends at corners, which move when the map is
+    solved again."""
     if not (at_start or at_end):
         return spline
-    wide = (span[0] - ROOM * at_start, span[1] + ROOM * at_end)
+    wide = (span[0] - LOOSE * at_start, span[1] + LOOSE * at_end)
     return replace(spline, curve=model.cut(spline.curve.reaching(wide), wide), span=span)
