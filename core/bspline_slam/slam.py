@@ -20,6 +20,7 @@ from bspline_slam.calibration.odometry_noise import with_learnt_noise
 from bspline_slam.calibration.velocities import velocities
 from bspline_slam.errors import Cancelled, ConfigError, LogError, SolverError
 from bspline_slam.fitting import FittingConfig
+from bspline_slam.front_end.far_loops import FarCloser, FarLoopConfig
 from bspline_slam.front_end.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
 from bspline_slam.front_end.mapping import MapBuilder
 from bspline_slam.front_end.motion import MotionConfig
@@ -61,6 +62,7 @@ class SlamConfig:
     fitting: FittingConfig = FittingConfig()
     chord_length: ChordLengthConfig = ChordLengthConfig()
     loops: LoopConfig = LoopConfig()
+    far_loops: FarLoopConfig = FarLoopConfig()
     relocalisation: RelocalisationConfig = RelocalisationConfig()
     merging: MergingConfig = MergingConfig()
     adjustment: AdjustmentConfig = AdjustmentConfig()
@@ -155,6 +157,7 @@ class Slam:
     _model: Model = field(init=False)
     _tracker: Tracker = field(init=False)
     _closer: LoopCloser = field(init=False)
+    _far: FarCloser = field(init=False)
     _builder: MapBuilder = field(init=False)
     _seeker: Relocaliser | None = None
     _steps: list[SlamStep] = field(default_factory=list)
@@ -169,6 +172,7 @@ class Slam:
         self._model = model_of(c)
         self._tracker = self._new_tracker()
         self._closer = LoopCloser(c.loops, c.matching, c.tracking)
+        self._far = FarCloser(c.far_loops, c.matching, c.tracking, c.loops)
         self._builder = MapBuilder(c.association, self._model)
 
     def steps(self) -> Iterator[SlamStep]:
@@ -190,7 +194,7 @@ class Slam:
         if not tracked.key:
             step = SlamStep(scan.index, tracked.predicted, tracked.pose, False, tracked.lost, tracked.score)
             return replace(step, unfit=tracked.unfit)
-        closures = (*self._find_again(), *self._close_loops())
+        closures = (*self._find_again(), *self._close_far(), *self._close_loops())
         segments = segment_scan(scan, self.config.segmentation)
         pose = self._tracker.key_poses[-1]
         sensor = scan.pose_robot_sensor[:2]
@@ -254,6 +258,18 @@ class Slam:
         self._closer.look(keys, np.array(self._tracker.key_poses))
         return tuple(self._closer.closures[before:])
 
+    def _close_far(self) -> tuple[LoopClosure, ...]:
+        """Where the last key scans fit only one place inside an uncertainty too large for a search around them: close
+        the loop there, at first whatever stands against it, and let the map go along."""
+        keys, poses, closed_at = self._tracker.keys, np.array(self._tracker.key_poses), self._closer.closed_at
+        fresh = self._far.look(keys, poses, self._tracker.factors, self._closer)
+        if fresh:
+            self._relax(tuple(replace(proposal.factor, kernel=None) for proposal in fresh))
+            self._closer.accept(fresh, keys)
+            self._relax()
+            self._carry(poses, closed_at)
+        return tuple(proposal.closure for proposal in fresh)
+
     def _find_again(self) -> tuple[LoopClosure, ...]:
         """Where the tie of the last key scans to those before is in doubt: look for them on the whole map; when they
         are found elsewhere, the piece goes there, and the map is read anew."""
@@ -292,8 +308,8 @@ class Slam:
                 return True
         return False
 
-    def _relax(self) -> None:
-        """The pose graph solved with all factors so far."""
+    def _relax(self, more: Sequence[PoseFactor] = ()) -> None:
+        """The pose graph solved with all factors so far, and `more`."""
         if len(self._tracker.keys) < 2:
             return
         self._solved_with = 0
@@ -304,7 +320,7 @@ class Slam:
             spline_ids=np.zeros(0, dtype=np.int64),
             spline_first=np.zeros(1, dtype=np.int64),
             control_points=np.zeros((0, 2)),
-            pose_factors=self._pose_factors(),
+            pose_factors=(*self._pose_factors(), *more),
             pose_priors=(PosePrior(0, poses[0], np.eye(3) / self.config.adjustment.anchor),),
         )
         self._tracker.move(back_end("pose_graph", Stopping(1e-5, 1e-4, 20)).solve(graph).poses)

@@ -253,13 +253,18 @@ class LoopCloser:
         self.closures = [rejected.get((one.earlier, one.scan), one) for one in self.closures]
         return bool(rejected)
 
+    def accept(self, found: Sequence[Proposal], keys: Sequence[KeyScan]) -> None:
+        """Accept closures that were found and confirmed elsewhere."""
+        self.accepted.extend(found)
+        self.closures.extend(proposal.closure for proposal in found)
+        self.closed_at = keys[-1].travel
+
     def take(self, found: Sequence[Proposal], keys: Sequence[KeyScan], since: int) -> None:
         """Accept the closures of a relocalisation in place of those that tied the key scans from number `since` on to
         earlier ones."""
-        self.accepted = [p for p in self.accepted if not p.i < since <= p.j] + list(found)
+        self.accepted = [p for p in self.accepted if not p.i < since <= p.j]
         self.waiting = []
-        self.closures.extend(proposal.closure for proposal in found)
-        self.closed_at = keys[-1].travel
+        self.accept(found, keys)
 
     def _settles(self, proposal: Proposal) -> bool:
         """Whether a closure says in all directions where the scan is; beside a long wall it says little of the way

@@ -37,26 +37,38 @@ def value_at(bounds, level, cells, di, dj):
 
 
 @njit(cache=True)
-def search_anywhere(bounds, origin, cell, points, turns, least, avoided, apart, apart_turn):
+def meets(origin, cell, i, j, size, middle, reach):
+    """Whether a square of so many cells comes as near to a point as `reach` (m)."""
+    x, y = origin[0] + i * cell, origin[1] + j * cell
+    side = (size - 1) * cell
+    dx, dy = max(x - middle[0], middle[0] - x - side, 0.0), max(y - middle[1], middle[1] - y - side, 0.0)
+    return dx * dx + dy * dy <= reach * reach
+
+
+@njit(cache=True)
+def search_anywhere(bounds, origin, cell, points, headings, middle, reach, least, avoided, apart, apart_turn):
     """The pose (x, y, θ) with the highest mean of the field under `points`, wherever on the map, and that mean.
 
-    `bounds` is a pyramid; headings are `turns` in number, all around. Only poses better than `least` are looked for,
-    and none nearer to `avoided` than `apart` (m) and `apart_turn` (rad). Where there is none, the mean is `least`.
+    `bounds` is a pyramid. Only poses at one of these headings, no farther than `reach` (m) from `middle`, and better than
+    `least` are looked for, and none nearer to `avoided` than `apart` (m) and `apart_turn` (rad). Where there is none, the
+    mean is `least`.
     """
     levels, rows, columns = bounds.shape
     size = 1 << (levels - 1)
-    n = len(points)
+    n, turns = len(points), len(headings)
     cells = np.empty((turns, n, 2), np.int64)
     for r in range(turns):
-        c, s = math.cos(2.0 * math.pi * r / turns), math.sin(2.0 * math.pi * r / turns)
+        c, s = math.cos(headings[r]), math.sin(headings[r])
         for k in range(n):
             cells[r, k, 0] = int(math.floor((c * points[k, 0] - s * points[k, 1]) / cell))
             cells[r, k, 1] = int(math.floor((s * points[k, 0] + c * points[k, 1]) / cell))
     down, across = rows // size + 1, columns // size + 1
-    first = np.empty(turns * down * across, np.float64)
-    for r in range(turns):
-        for a in range(down):
-            for b in range(across):
+    first = np.full(turns * down * across, -1.0)
+    for a in range(down):
+        for b in range(across):
+            if not meets(origin, cell, a * size, b * size, size, middle, reach):
+                continue
+            for r in range(turns):
                 first[(r * down + a) * across + b] = value_at(bounds, levels - 1, cells[r], a * size, b * size)
     best, best_r, best_i, best_j = least, 0, 0, 0
     stack = np.empty((4 * levels + 4, 3), np.int64)
@@ -64,13 +76,15 @@ def search_anywhere(bounds, origin, cell, points, turns, least, avoided, apart, 
         if first[o] <= best:
             break
         r = o // (down * across)
-        turn = 2.0 * math.pi * r / turns
-        off_turn = abs(math.atan2(math.sin(turn - avoided[2]), math.cos(turn - avoided[2])))
+        turn = headings[r] - avoided[2]
+        off_turn = abs(math.atan2(math.sin(turn), math.cos(turn)))
         stack[0] = (levels - 1, (o // across) % down * size, o % across * size)
         count = 1
         while count:
             count -= 1
             level, i, j = stack[count]
+            if not meets(origin, cell, i, j, 1 << level, middle, reach):
+                continue
             bound = value_at(bounds, level, cells[r], i, j)
             if bound <= best:
                 continue
@@ -84,4 +98,4 @@ def search_anywhere(bounds, origin, cell, points, turns, least, avoided, apart, 
                 for b in range(2):
                     stack[count] = (level - 1, i + a * half, j + b * half)
                     count += 1
-    return origin[0] + best_i * cell, origin[1] + best_j * cell, 2.0 * math.pi * best_r / turns, best
+    return origin[0] + best_i * cell, origin[1] + best_j * cell, headings[best_r], best

@@ -73,23 +73,25 @@ def test_a_level_of_the_pyramid_bounds_the_squares_below() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_branch_and_bound_finds_what_trying_everything_finds(seed: int) -> None:
+@pytest.mark.parametrize("reach", [np.inf, 0.85])
+def test_branch_and_bound_finds_what_trying_everything_finds(seed: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
     field, points = rng.random((30, 26)).astype(np.float32), rng.uniform(-0.6, 0.6, (8, 2))
-    bounds, turns = pyramid(field, 4), 12
-    x, y, heading, score = search_anywhere(bounds, np.zeros(2), 0.1, points, turns, 0.0, np.zeros(3), -1.0, -1.0)
+    bounds, turns, middle = pyramid(field, 4), 12, np.array([1.1, 1.3, 0.0])
+    args = (bounds, np.zeros(2), 0.1, points, 2 * np.pi * np.arange(turns) / turns, middle, reach)
+    x, y, heading, score = search_anywhere(*args, 0.0, np.zeros(3), -1.0, -1.0)
     best = 0.0
     for r in range(turns):
         cells = np.floor(se2.transform(np.array([0.0, 0.0, 2 * np.pi * r / turns]), points) / 0.1).astype(int)
         for i in range(30):
             for j in range(26):
                 at = cells + np.array([i, j])
+                if np.hypot(*(0.1 * np.array([i, j]) - middle[:2])) > reach:
+                    continue
                 inside = ((at >= 0) & (at < field.shape)).all(1)
                 best = max(best, float(field[tuple(at[inside].T)].sum()) / len(points))
     assert score == pytest.approx(best, abs=1e-6)
-    *_, second = search_anywhere(
-        bounds, np.zeros(2), 0.1, points, turns, score - 0.5, np.array([x, y, heading]), 0.25, 0.3
-    )
+    *_, second = search_anywhere(*args, score - 0.5, np.array([x, y, heading]), 0.25, 0.3)
     assert second <= score
 
 
