@@ -20,6 +20,7 @@ import numpy as np
 from bench.processes import run_module
 from bench.recordings import recordings
 from bench.torture import TORTURES, Recorded
+from bench.torture_courts import COURTS
 from bench.torture_rings import RINGS
 from bench.torture_worlds import HALLS
 from bspline_slam import se2
@@ -29,7 +30,7 @@ from bspline_slam.logs import open_log
 from bspline_slam.slam import run_slam
 from splinescope.command_line.report import peak_memory_mb
 
-PLACES = {**HALLS, **RINGS}
+PLACES = {**HALLS, **RINGS, **COURTS}
 COLUMNS = ("scans", "keys", "splines", "loops", "lost", "unfit", "mean m", "most m", "astray", "CPU s", "MB")
 IN_PLACES = ("as it is", "no odometry", "0.7 m and drift", "30 % missing", "30 % hidden", "laser upside down")
 ASTRAY = 0.3

@@ -19,17 +19,22 @@ from bspline_slam.graph import PoseFactor
 
 
 @dataclass(frozen=True, slots=True)
-class FarLoopConfig:
-    """When a far loop is looked for (m travelled `between` two tries, and since an old place was left), how far around
-    (standard deviations), and how many finds must agree, `apart` (m) or more travelled from one to the next and no more
-    than `patience`."""
+class FarLoopConfig(PlaceConfig):
+    """When a far loop is looked for (m travelled `between` two tries, more where that is less than a `share` of the way
+    since the last closure; and since an old place was left), how far around (standard deviations), and how many finds
+    must agree, `on` (m) or more travelled from one to the next and no more than `patience`."""
 
-    place: PlaceConfig = PlaceConfig(together=16, points=240, least_score=0.65, least_margin=0.05)
+    together: int = 16
+    points: int = 240
+    facings: int = 6
+    least_score: float = 0.65
+    least_margin: float = 0.05
     between: float = 2.0
+    share: float = 0.05
     least_travel: float = 20.0
     sigmas: float = 3.0
     finds: int = 3
-    apart: float = 1.5
+    on: float = 1.5
     patience: float = 8.0
 
 
@@ -79,20 +84,24 @@ class FarCloser:
         c, travel = self.config, keys[-1].travel
         if travel < self._next:
             return ()
-        self._next = travel + c.between
+        self._next = travel + (c.on if self.waiting else max(c.between, c.share * (travel - closer.closed_at)))
         found = self._find(keys, poses, factors, closer)
         if found is None or not found.closure.accepted:
             self.waiting = [one for one in self.waiting if travel - keys[one.j].travel < c.patience]
             return ()
-        agreeing = [other for other in self.waiting if agree(other, found, poses, c.place)]
-        self.waiting, self._next = [*agreeing, found], travel + c.apart
+        agreeing = [other for other in self.waiting if agree(other, found, poses, c)]
+        self.waiting, self._next = [*agreeing, found], travel + c.on
         if len(self.waiting) < c.finds:
             return ()
         fresh, self.waiting = tuple(self.waiting), []
         return fresh
 
     def _find(
-        self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], factors: Sequence[PoseFactor], closer: LoopCloser
+        self,
+        keys: Sequence[KeyScan],
+        poses: Float[np.ndarray, "n 3"],
+        factors: Sequence[PoseFactor],
+        closer: LoopCloser,
     ) -> Proposal | None:
         """The last key scan matched at the only place inside its uncertainty where it fits together with those before
         it."""
@@ -102,15 +111,15 @@ class FarCloser:
             return None
         covariance = chain_covariance(factors, closer.accepted, poses)[:old]
         usual, _ = window(keys[-1].travel - closer.closed_at, self.loops)
-        reach = c.sigmas * np.sqrt(np.linalg.eigvalsh(covariance[:, :2, :2])[:, -1])
+        reach = c.sigmas * np.sqrt(covariance[:, 0, 0] + covariance[:, 1, 1])
         away = np.hypot(*(poses[:old, :2] - poses[-1, :2]).T)
         known = np.flatnonzero((reach > usual) & (away < reach + self.loops.radius))
         if len(known) == 0:
             return None
         turn = min(c.sigmas * float(np.sqrt(covariance[known, 2, 2].max())), np.pi)
         there = Window(poses[-1], float(reach[known].max()), turn)
-        points = last_points(keys, poses, max(len(keys) - c.place.together, old), c.place)
-        found = WholeMap.of(keys, poses, known, c.place, self.matching).only_place(points, c.place, there)
+        points = last_points(keys, poses, max(len(keys) - c.together, old), c)
+        found = WholeMap.of(keys, poses, known, c, self.matching).only_place(points, c, there)
         if found is None:
             return None
         args = (self.loops, self.matching, self.tracking, "far off, and fits nowhere else: ")

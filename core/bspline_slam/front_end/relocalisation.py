@@ -16,11 +16,10 @@ from bspline_slam.front_end.whole_map import PlaceConfig, WholeMap, agree, last_
 
 
 @dataclass(frozen=True, slots=True)
-class RelocalisationConfig:
+class RelocalisationConfig(PlaceConfig):
     """How a lost robot is looked for. After each failure it travels on by `patience` times as far as since it was
     lost, and at least by `least_travel` (m), before the next try."""
 
-    place: PlaceConfig = PlaceConfig()
     least_travel: float = 0.5
     patience: float = 0.5
 
@@ -53,7 +52,7 @@ class Relocaliser:
         proposal = self._proposal(keys, poses, strays)
         if proposal is None or not proposal.closure.accepted:
             return ()
-        if before is not None and agree(before, proposal, poses, self.config.place):
+        if before is not None and agree(before, proposal, poses, self.config):
             self.settled = True
             return before, proposal
         self.waiting = proposal
@@ -63,7 +62,7 @@ class Relocaliser:
         self, keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], strays: Sequence[int]
     ) -> Proposal | None:
         """The last key scan matched at the only place of before where the piece fits."""
-        c = self.config.place
+        c = self.config
         if self._map is None:
             known = [k for k in range(self.since) if k not in strays]
             self._map = WholeMap.of(keys, poses, known, c, self.matching)

@@ -326,7 +326,8 @@ class Tracker:
     ) -> Match:
         """The best of searches around each guess of the step. Where no odometry tells of it, in a wider window, and
         wider still when nothing good is found; what is found must then do better than the pose `refined` without a
-        search, for along a bare wall all poses are as good."""
+        search, for along a bare wall all poses are as good. What contradicts odometry that is believed counts only
+        where the scan were lost without it, for the last place is known better than the next."""
         if self._surroundings is None:
             self._surroundings = surroundings(self.local_target(), self.matching)
         place, config, good, unknown = self._surroundings, self.matching, self.config.good_score, refined is not None
@@ -337,6 +338,9 @@ class Tracker:
         for step in apart(tries, reach, turn):
             start = se2.compose(previous, step)
             found, score = search(place.field, points, start, config, reach, turn)
+            against = not unknown and surprise(se2.between(tries[0], step), information) > self.config.wheel_gate
+            if against and (best_score > self.config.lost_score or score < good):
+                continue
             if score > best_score + MARGIN:
                 best, guess, best_score = found, start, score
             if best_score > good and not unknown:
@@ -365,13 +369,21 @@ class Tracker:
                 wheels = se2.between(self._key_odometry, odometry)
             self.moves.append(moved)
             self.factors.extend(self._factors(moved, wheels, match))
-            if match is not None and wheels is not None:
+            if match is not None and wheels is not None and self._fit(wheels, moved):
                 self._calibrate(self.calibration.learned(wheels, moved, self.motion))
         self.keys.append(KeyScan(scan.index, points, travel))
         self.key_poses.append(pose)
         self.anchors.append((len(self.keys) - 1, np.zeros(3)))
         self._key_odometry = odometry
         self._target = self._surroundings = None
+
+    def _fit(self, wheels: Float[np.ndarray, "3"], moved: Float[np.ndarray, "3"]) -> bool:
+        """Whether a matched step tells of the bias of odometry, and not of a wrong match or of wheels that slipped."""
+        if not self.unexplained.fits:
+            return True
+        information = step_information(wheels, self.motion)
+        off = (surprise(se2.between(step, moved), information) for step in (self._unbiased @ wheels, wheels))
+        return min(off) < self.config.wheel_gate
 
     def _factors(
         self, moved: Float[np.ndarray, "3"], wheels: Float[np.ndarray, "3"] | None, match: Match | None

@@ -16,27 +16,26 @@ from bspline_slam.front_end.tracking import KeyScan, TrackingConfig
 from bspline_slam.kernels import anywhere
 
 
-FACINGS = 6
-"""Surfaces are told apart by so many directions."""
-
-
 @dataclass(frozen=True, slots=True)
 class PlaceConfig:
     """How a place is looked for (m, rad).
 
-    `together` key scans are looked for as one, with beams no longer than `reach`, at most `points` of them, at headings
-    `turn_step` apart, on a field of cells of size `cell`, or larger ones where the map would have more than
-    `most_cells`. A place needs a correlation of `least_score`, and no other one, `apart` or `apart_turn` from it, may
-    come within `margin` of it, or within what it falls short of 1, but at least `least_margin`. Two key scans must agree within `agree_distance` and `agree_turn`.
+    `together` key scans are looked for as one, with beams no longer than `reach`, at most `points` of them, evenly of
+    surfaces that face one of so many `facings` (0: all are alike), at `turns` headings in a whole turn, on a field of
+    cells of size `cell`, or larger ones where the map would have more than `most_cells`. A place needs a correlation of
+    `least_score`, and no other one, `apart` or `apart_turn` from it, may come within `margin` of it, or, where that is
+    less, within what it falls short of 1, but at least `least_margin`.
+    Two key scans must agree within `agree_distance` and `agree_turn`.
     """
 
     together: int = 6
     reach: float = 20.0
     points: int = 120
+    facings: int = 0
     cell: float = 0.1
     most_cells: float = 2e6
     levels: int = 7
-    turn_step: float = np.deg2rad(0.75)
+    turns: int = 480
     least_score: float = 0.6
     margin: float = 0.1
     least_margin: float = 0.1
@@ -87,7 +86,7 @@ class WholeMap:
         """The only pose of a window at which points (robot frame) fit; None where there is none or several."""
         if len(points) == 0:
             return None
-        half = int(np.ceil(window.turn / config.turn_step - 1e-9))
+        half = int(np.ceil(window.turn * config.turns / (2.0 * np.pi) - 1e-9))
         headings = window.middle[2] + window.turn * np.arange(-half, half + 1) / max(half, 1)
         args = (self.bounds, self.origin, self.cell, points, headings, window.middle, window.reach)
         *pose, score = anywhere.search_anywhere(*args, config.least_score, np.zeros(3), -1.0, -1.0)
@@ -101,9 +100,11 @@ class WholeMap:
 def last_points(
     keys: Sequence[KeyScan], poses: Float[np.ndarray, "n 3"], first: int, config: PlaceConfig
 ) -> Float[np.ndarray, "m 2"]:
-    """Beam ends of the key scans from number `first` on in the frame of the last one, no two near each other, and as
-    many of surfaces that face one way as of those that face another (normal-space sampling, Rusinkiewicz and Levoy
-    2001): along a corridor the little that is not its walls tells where."""
+    """Beam ends of the key scans from number `first` on in the frame of the last one, no two near each other.
+
+    Where `facings` are told apart, there are as many of surfaces that face one way as of those that face another
+    (normal-space sampling, Rusinkiewicz and Levoy 2001): along a corridor the little that is not its walls tells where.
+    """
     steps = [se2.between(poses[-1], poses[k]) for k in range(first, len(keys))]
     sets = [keys[k].points for k in range(first, len(keys))]
     points = np.concatenate([se2.transform(step, one.points) for step, one in zip(steps, sets, strict=True)])
@@ -111,12 +112,14 @@ def last_points(
     near = np.hypot(*points.T) < config.reach
     _, kept = np.unique(np.floor(points[near] / config.cell).astype(np.int64), axis=0, return_index=True)
     kept = np.flatnonzero(near)[np.sort(kept)]
-    return points[kept[evenly(facing(normals[kept]), config.points)]]
+    if config.facings == 0:
+        return points[kept[:: max(len(kept) // config.points, 1)]]
+    return points[kept[evenly(facing(normals[kept], config.facings), config.points)]]
 
 
-def facing(normals: Float[np.ndarray, "m 2"]) -> Int[np.ndarray, "m"]:
-    """Which of FACINGS ways, or of none of them (−1), each surface runs."""
-    way = np.floor(np.arctan2(normals[:, 1], normals[:, 0]) * FACINGS / np.pi + 0.5).astype(np.int64) % FACINGS
+def facing(normals: Float[np.ndarray, "m 2"], ways: int) -> Int[np.ndarray, "m"]:
+    """Which of so many ways, or none of them (−1), each surface runs."""
+    way = np.floor(np.arctan2(normals[:, 1], normals[:, 0]) * ways / np.pi + 0.5).astype(np.int64) % ways
     return np.where(np.any(normals, axis=1), way, -1)
 
 

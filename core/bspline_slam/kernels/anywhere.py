@@ -49,9 +49,9 @@ def meets(origin, cell, i, j, size, middle, reach):
 def search_anywhere(bounds, origin, cell, points, headings, middle, reach, least, avoided, apart, apart_turn):
     """The pose (x, y, θ) with the highest mean of the field under `points`, wherever on the map, and that mean.
 
-    `bounds` is a pyramid. Only poses at one of these headings, no farther than `reach` (m) from `middle`, and better than
-    `least` are looked for, and none nearer to `avoided` than `apart` (m) and `apart_turn` (rad). Where there is none, the
-    mean is `least`.
+    `bounds` is a pyramid. Only poses at one of these headings, no farther than `reach` (m) from `middle`, and better
+    than `least` are looked for, and none nearer to `avoided` than `apart` (m) and `apart_turn` (rad). Where there is
+    none, the mean is `least`.
     """
     levels, rows, columns = bounds.shape
     size = 1 << (levels - 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -184,3 +185,33 @@ def test_scans_between_key_scans_share_the_correction_evenly() -> None:
     carried = carried_along(poses, np.array([0, 4]), before, after)
     np.testing.assert_allclose(carried[:, 1], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-12)
     np.testing.assert_allclose(carried[:, 0], np.arange(5.0), atol=1e-12)
+
+
+def corridor(length: float) -> np.ndarray:
+    """Walls 2.4 m apart with piers at uneven distances along one side."""
+    rng, walls = np.random.default_rng(4), [[[-20.0, y], [length, y]] for y in (-1.2, 1.2)]
+    for x in np.cumsum(rng.uniform(2.0, 5.0, int(length / 3))) - 5.0:
+        corners = [[x, 1.2], [x, 0.9], [x + 0.5, 0.9], [x + 0.5, 1.2]]
+        walls += [list(pair) for pair in pairwise(corners)]
+    return np.array(walls)
+
+
+def test_the_last_place_is_not_taken_again_because_it_is_known_better_than_the_next() -> None:
+    """A laser of short range sees little at once of what it saw a long step ago, and walls fit anywhere along them."""
+    path = np.array([[3.2 * k, 0.0, 0.0] for k in range(12)])
+    rng, one, walls = np.random.default_rng(6), tracker(), corridor(60.0)
+    for k, pose in enumerate(path):
+        scan = room_scan(pose, rng, index=k, walls=walls)
+        one.track(replace(scan, ranges=np.where(scan.ranges < 5.0, scan.ranges, np.inf)), pose)
+    assert np.abs(one.poses[:, :2] - path[:, :2]).max() < 0.5
+
+
+def test_a_jump_of_odometry_does_not_teach_its_bias() -> None:
+    path, rng, one = loop_path(60), np.random.default_rng(5), tracker()
+    wheels = path.copy()
+    wheels[30:] = se2.compose(se2.compose(path[29], np.array([2.5, 0.4, 0.8])), se2.between(path[29], path[30:]))
+    for k in range(45):
+        one.track(room_scan(path[k], rng, index=k, walls=AROUND), wheels[k])
+    off = se2.between(se2.between(path[0], path[:45]), one.poses)
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
+    assert np.abs(one.calibration.matrix(one.motion) - np.eye(3))[:, 0].max() < 0.1
