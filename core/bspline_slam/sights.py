@@ -57,12 +57,14 @@ def collect_sights(keys: Sequence[KeyObservations], splines: SplineMap) -> Sight
     for pose, key in enumerate(keys):
         by_index = {segment.index: segment for segment in key.segments}
         for association in key.associations:
-            if association.spline is None or association.spline not in place:
+            if association.spline is None or (spline := place.get(association.spline)) is None:
                 continue
             segment = by_index[association.segment]
-            beams = segment.beams
-            inside = slice(beams.searchsorted(association.first), beams.searchsorted(association.last + 1))
-            rows.append((place[association.spline], pose, segment.points[inside], key.sensor, beams[inside]))
+            beams, points = segment.beams, segment.points
+            if len(beams) and (beams[0] < association.first or beams[-1] > association.last):
+                inside = slice(beams.searchsorted(association.first), beams.searchsorted(association.last + 1))
+                beams, points = beams[inside], points[inside]
+            rows.append((spline, pose, points, key.sensor, beams))
     rows.sort(key=lambda row: row[0])
     if not rows:
         empty = np.zeros(0, dtype=np.int64)

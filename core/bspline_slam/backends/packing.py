@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 from bspline_slam.flat_factors import FlatFactors
-from bspline_slam.graph import Graph, SplineFactor
+from bspline_slam.graph import Graph, ShapePrior
 from bspline_slam.kernels import linearise
 
 WORLD = -1
@@ -77,13 +78,27 @@ class EdgeTerms:
 
 def pack_curves(graph: Graph) -> CurveTerms:
     """All spline factors, then all shape priors."""
-    shapes = FlatFactors.of([SplineFactor(WORLD, prior.first, prior.A, prior.b) for prior in graph.shape_priors])
-    terms = FlatFactors.joined([FlatFactors.of(graph.spline_factors), shapes])
+    terms = FlatFactors.joined([FlatFactors.of(graph.spline_factors), _shapes(graph.shape_priors)])
     squares = np.square(2 * terms.size[:, 1])
     start = np.column_stack([terms.start, np.cumsum(squares) - squares])
     packed = CurveTerms(terms.pose, terms.first, terms.size, start, terms.A, terms.b, np.empty(squares.sum()))
     linearise.square_terms(packed.size, packed.start, packed.A, packed.gram)
     return packed
+
+
+def _shapes(priors: Sequence[ShapePrior]) -> FlatFactors:
+    """Shape priors as factors that are seen from the world frame."""
+    count = len(priors)
+    rows = np.array([prior.A.shape for prior in priors], dtype=np.int64).reshape(-1, 2) // (1, 2)
+    return FlatFactors.laid_out(
+        np.full(count, WORLD),
+        np.array([prior.first for prior in priors], dtype=np.int64),
+        rows,
+        np.concatenate([np.zeros(0), *(prior.A.ravel() for prior in priors)]),
+        np.concatenate([np.zeros(0), *(prior.b for prior in priors)]),
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count),
+    )
 
 
 def pack_edges(graph: Graph) -> EdgeTerms:

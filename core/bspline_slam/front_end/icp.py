@@ -25,6 +25,10 @@ class IcpConfig:
     convergence: float = 1e-3
 
 
+DECIMALS = 9
+"""Places of the result that are kept: kiss-icp adds up in an order that hangs on the number of cores."""
+
+
 def icp_map(points: Float[np.ndarray, "m 2"], config: IcpConfig) -> Any:
     """World points as kiss-icp's voxel map."""
     voxels = kiss_icp._VoxelHashMap(config.voxel, 1e6, config.points_per_voxel)
@@ -48,7 +52,7 @@ def align(
     flat = abs(found[2, 2] - 1.0) < 1e-3 and abs(found[2, 3]) < 1e-3
     if not np.isfinite(found).all() or not flat:
         return guess
-    return np.array([found[0, 3], found[1, 3], np.arctan2(found[1, 0], found[0, 0])])
+    return np.round([found[0, 3], found[1, 3], np.arctan2(found[1, 0], found[0, 0])], DECIMALS)
 
 
 def _lifted(points: Float[np.ndarray, "m 2"]) -> Any:
