@@ -44,16 +44,13 @@ def chain_covariance(
     """Covariance (world frame) of the last key pose seen from each, as errors of the steps between key scans add up;
     what a closure spans hangs together without an error."""
     n = len(poses)
-    ends = np.zeros(n + 1, dtype=np.int64)
-    for closure in closures:
-        ends[closure.i + 1] += 1
-        ends[closure.j + 1] -= 1
-    open_ = np.cumsum(ends)[:n] == 0
-    told = np.zeros((n, 3, 3))
+    spans = np.array([(one.factor.i + 1, one.factor.j + 1) for one in closures], dtype=np.int64).reshape(-1, 2)
+    begun, ended = (np.bincount(spans[:, end], minlength=n + 1) for end in (0, 1))
+    steps = np.flatnonzero(np.cumsum(begun - ended)[:n] == 0)[1:]
+    told, loose = np.zeros((n, 3, 3)), set(steps.tolist())
     for factor in factors:
-        if open_[factor.j]:
+        if factor.j in loose:
             told[factor.j] += factor.sqrt_information.T @ factor.sqrt_information
-    steps = np.flatnonzero(open_)[1:]
     lever = np.zeros((len(steps), 3, 3))
     lever[:, :2, :2], lever[:, 2, 2] = se2.rotation(poses[steps, 2]), 1.0
     lever[:, :2, 2] = (poses[-1, :2] - poses[steps, :2])[:, ::-1] * (-1.0, 1.0)
