@@ -9,7 +9,9 @@ import pytest
 
 from app import views
 from bspline_slam.association import Association, Candidate, Verdict
+from bspline_slam.corners import meeting
 from bspline_slam.slam import SlamStep
+from core.test_corners import niche
 from splinescope import table
 from splinescope.inspector import decision, describe, ellipse_axes, residual
 from splinescope.panels.decisions import decisions
@@ -51,6 +53,14 @@ def test_a_spline_tells_who_saw_it_and_how_well_it_is_known(shown: View) -> None
     rows = dict(describe(Selection("spline", spline), shown.scan, shown.map, {step.scan: step}).rows)
     assert rows["last seen at scan"] == str(step.scan)
     assert rows["least certain point, 2σ"].endswith("mm")
+
+
+def test_a_spline_tells_what_it_meets_in_a_corner(shown: View) -> None:
+    assert shown.map is not None
+    world = replace(shown.map, map=meeting(niche(), [(3, 7)]))
+    rows = [dict(describe(Selection("spline", one.id), shown.scan, world, {}).rows) for one in world.map]
+    assert rows[0]["corner at its end"] == "with spline 7" and "corner at its start" not in rows[0]
+    assert rows[1]["corner at its start"] == "with spline 3" and "corner at its end" not in rows[1]
 
 
 def test_a_control_point_tells_its_ellipse_or_that_it_is_not_known_yet(shown: View) -> None:
