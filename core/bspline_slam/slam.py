@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines, foreseen
+from bspline_slam.adjustment.adjust import AdjustmentConfig, Foreseen, adjust_splines, foreseen
 from bspline_slam.association import Association, AssociationConfig
 from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
@@ -361,11 +361,8 @@ class Slam:
         )  # fmt: skip
         self._tracker.move(told.estimate.poses)
         self._tracker.factors = with_learnt_noise(self._tracker.factors, told.estimate.poses, c.motion)
-        beams, velocity = len(self.log[0].ranges), velocities(self.log.records, self._tracker.poses)
-        if not self._model.measures_along:
-            keys = velocity[told.estimate.graph.key_scans]
-            self._laser = laser_calibration(told, c.adjustment.outlier, self._model.fitting, beams, keys)
-        correction = LaserCorrection(self._laser, velocity, beams)
+        correction = self._laser_correction(told)
+        self._laser = correction.calibration
         self._steps = [
             replace(step, segments=correction.segments(step.segments, key.sensor))
             for step, key in zip(self._steps, self._observations, strict=True)
@@ -374,6 +371,16 @@ class Slam:
             replace(key, segments=step.segments) for step, key in zip(self._steps, self._observations, strict=True)
         ]
         return correction
+
+    def _laser_correction(self, told: Foreseen) -> LaserCorrection:
+        """What a rough estimate tells of the laser; nothing where the model measures along curves, too."""
+        beams = len(self.log[0].ranges)
+        if self._model.measures_along:
+            return LaserCorrection(LaserCalibration(), np.zeros((0, 3)), beams)
+        velocity = velocities(self.log.records, self._tracker.poses)
+        keys = velocity[told.estimate.graph.key_scans]
+        laser = laser_calibration(told, self.config.adjustment.outlier, self._model.fitting, beams, keys)
+        return LaserCorrection(laser, velocity, beams)
 
     def _tidied(self) -> tuple[tuple[KeyObservations, ...], SplineMap]:
         """The decisions and the map to adjust, each wall one spline."""
