@@ -55,6 +55,11 @@ function show(tour) {
   }
 }
 
+// The viewer's notices come up in the same corner: below the card.
+function makeRoom() {
+  document.documentElement.style.setProperty("--scope-tour", `${card.offsetHeight}px`);
+}
+
 export function start() {
   card.className = "scope-tour scope-card";
   card.setAttribute("aria-label", "Guided tour");
@@ -62,4 +67,5 @@ export function start() {
   card.hidden = true;
   layer.append(card);
   on("tour", show);
+  new ResizeObserver(makeRoom).observe(card);
 }

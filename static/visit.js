@@ -14,7 +14,7 @@ const WORKING = "button, input, select, textarea, label, [role=button], [role=sw
 let sender = null;
 let query = location.search; // until the viewer has answered: what is said while it is not connected is lost
 let driving = true;
-let copied = 0;
+let copied = "";
 let link = "";
 
 const banner = document.createElement("div");

@@ -45,12 +45,25 @@ def stepped(title: str, edges: Sequence[float], unit: str, scale: float, unknown
 
 
 RESIDUALS = stepped("Residuals along curves, RMS", (0.006, 0.009, 0.012, 0.018), "mm", 1000.0, "Too few beams")
-UNCERTAINTY = stepped("Uncertainty across curves, 1σ", (0.001, 0.002, 0.005, 0.01), "mm", 1000.0, "Not known")
 OBSERVATIONS = Scale(
     "Observations of a spline, key scans",
     (2, 5, 12, 30, np.inf),
     ("1 or 2", "3 to 5", "6 to 12", "13 to 30", "more than 30"),
 )
+
+
+SIGMAS = (5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, 0.5, 1.0)
+"""Round uncertainties (m) that grades may begin at."""
+
+
+def uncertainties(values: Float[np.ndarray, "s"]) -> Scale:
+    """1σ across curves, in grades around that of the median: it grows with the way from where a drive began, so that
+    those of one building would all lie in one grade of another. Round edges stay where they are under small edits."""
+    known = values[np.isfinite(values)]
+    middle = int(np.searchsorted(SIGMAS, np.median(known))) if len(known) else 2
+    first = min(max(middle - 2, 0), len(SIGMAS) - 4)
+    edges = SIGMAS[first : first + 4]
+    return stepped("Uncertainty across curves, 1σ", edges, "mm", 1000.0, "Not known")
 
 
 def ages(duration: float) -> Scale:
@@ -71,7 +84,7 @@ def scale_of(view: MapView | None, colouring: Colouring) -> Scale | None:
         case Colouring.RESIDUAL if view.stretches is not None:
             return RESIDUALS
         case Colouring.UNCERTAINTY if view.sigmas is not None:
-            return UNCERTAINTY
+            return uncertainties(view.sigmas.value)
         case Colouring.OBSERVATIONS:
             return OBSERVATIONS
         case Colouring.AGE if view.times is not None and len(view.times) > 1:

@@ -41,7 +41,6 @@ class Presenter:
         self._camera = Camera(page)
         self._side_bar = SideBar(page.server.gui, post)
         self._turned = 0.0
-        self._links = 0
         self._said: dict[str, object] = {}
         page.send("actions", described())
         self._drawn = self._refreshed = -1
@@ -115,15 +114,16 @@ class Presenter:
         wanted = place or self._session.place
         if wanted is not None:
             self._camera.look(wanted, client)
+        self._camera.welcome(self._bounds())  # it may have said what it sees before it could be spoken to
         self._tell(client, "tab", self._session.tab)
 
     def copy_link(self, client: int) -> None:
         """Give a page the link to this moment as it sees it."""
         handle = self._page.server.get_clients().get(client)
         viewport = self._page.viewport_of(handle) if handle is not None else None
-        self._links += 1
         link = replace(self._session.link, place=None if viewport is None else viewport.place)
-        self._tell(client, "copy", {"query": link.query, "number": self._links})
+        if handle is not None:
+            self._page.offer_link(link.query, handle)
 
     def show_roles(self, visitors: Visitors) -> None:
         """Let every page know whether it drives, and how many watch."""

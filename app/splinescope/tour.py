@@ -90,8 +90,8 @@ STEPS = (
     ),
     Step(
         "Every decision can be asked",
-        "This segment is selected. On the right you see which spline it was given to, how far it lies from it, the "
-        "gate, and the runner-up. J and K go to its neighbours.",
+        "This segment is selected. On the right you see which spline it was given to, how far it lies from it, how far "
+        "it may lie (the gate), and the runner-up if there is one. J and K go to its neighbours.",
         "scan",
         _look_at,
     ),

@@ -46,7 +46,7 @@ class Colouring(Enum):
     SPLINE = "spline, each its own"
     RESIDUAL = "residual"
     UNCERTAINTY = "uncertainty"
-    OBSERVATIONS = "number of observations"
+    OBSERVATIONS = "observations"
     AGE = "age"
 
 

@@ -17,6 +17,15 @@ READY = (
     "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
     " && splinescope.latest.has('actions')"
 )
+GREETED = "!splinescope.latest.has('refusals') || splinescope.latest.has('tab')"
+"""A page of the whole application has been greeted; one of a bare server has nothing to wait for."""
+FRAMES = """
+count => new Promise(done => {
+  const next = () => (count-- ? requestAnimationFrame(next) : done());
+  next();
+})
+"""
+"""So many pictures have been drawn: what was done by mouse or key before has reached the page's script."""
 
 expect.set_options(timeout=30_000)  # a loaded machine takes its time; `until` waits for longer still
 
@@ -28,6 +37,12 @@ class Window:
     page: Page
     errors: list[str] = field(default_factory=list)
 
+    def ready(self) -> None:
+        """Wait until the page can be used, after it was opened or loaded again."""
+        self.page.wait_for_function(READY, timeout=1000 * PATIENCE)
+        self.settled()
+        self.page.wait_for_function(GREETED, timeout=1000 * PATIENCE)
+
     def viewport(self) -> dict[str, float]:
         """What our script believes to be seen: x, y, metresPerPixel, width, height."""
         return self.page.evaluate("splinescope.camera.viewport()")
@@ -37,8 +52,17 @@ class Window:
         before, now = {}, self.viewport()
         while before != now:
             self.page.wait_for_timeout(250)
+            self.page.evaluate(FRAMES, 6)
             before, now = now, self.viewport()
         return now
+
+    def fit(self) -> dict[str, float]:
+        """Show the whole map by its key, which Python answers; what is seen then."""
+        number = "splinescope.latest.get('fit')?.number"
+        before = self.page.evaluate(number)
+        self.page.keyboard.press("f")
+        self.page.wait_for_function(f"before => {number} !== before", arg=before)
+        return self.settled()
 
     def pixel_of(self, x: float, y: float) -> tuple[float, float]:
         """Where a point of the world lies in the window (px)."""
@@ -84,8 +108,7 @@ def opened(browser: Browser, url: str, width: int = 1280, height: int = 720) -> 
     window.page.on("pageerror", lambda error: window.errors.append(str(error)))
     try:
         window.page.goto(f"{url}{'&' if '?' in url else '/?'}fixedDpr=1")
-        window.page.wait_for_function(READY, timeout=1000 * PATIENCE)
-        window.settled()
+        window.ready()
         yield window
     finally:
         context.close()

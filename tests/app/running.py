@@ -3,13 +3,35 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from app.chromium import PATIENCE, until
 from splinescope.browser.page import open_page
 from splinescope.commands import OpenLog
+from splinescope.posted import Barrier
 from splinescope.viewer import Viewer
+
+COMPILING = 600.0
+"""How long (s) to wait for what compiles the kernels first, on the slowest machine that tests run on."""
+
+
+def settled(viewer: Viewer, condition: Callable[[], bool], what: str, seconds: float = PATIENCE) -> None:
+    """Wait until `condition` holds, also after the owner of the session is through with what it was doing: seen from
+    another thread, half of a change would do."""
+
+    def seen() -> bool:
+        return condition() and passed(viewer) and condition()
+
+    until(seen, what, seconds)
+
+
+def passed(viewer: Viewer) -> bool:
+    """Wait until the application has done all that was asked of it before."""
+    barrier = Barrier(threading.Event())
+    viewer.post(barrier)
+    return barrier.passed.wait(PATIENCE)
 
 
 @contextmanager

@@ -12,13 +12,12 @@ from playwright.sync_api import expect
 
 from app.chromium import Window
 from app.logs import corridor_log, write_carmen
+from app.running import COMPILING
 from bspline_slam.edits.edit import Force
 from bspline_slam.errors import ConfigError, EditError, SplineSlamError
 from splinescope import commands as ask
 from splinescope.api import Workbench, open_workbench
 from splinescope.view import Selection
-
-PATIENCE = 240.0  # s; a first run compiles the kernels
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +28,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def scope(log: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workbench]:
     with open_workbench(log, browser=False, session=tmp_path_factory.mktemp("memory") / "session.json") as scope:
-        scope.wait(PATIENCE)
+        scope.wait(COMPILING)
         yield scope
 
 
@@ -49,17 +48,17 @@ def test_what_people_select_is_told(scope: Workbench, open_window: Callable[...,
     told: queue.SimpleQueue[Selection | None] = queue.SimpleQueue()
     scope.on_selection(told.put)
     scope.select(Selection("spline", 0))
-    assert told.get(timeout=10) == Selection("spline", 0)
+    assert told.get(timeout=COMPILING) == Selection("spline", 0)
     window = open_window(scope.url)
     window.page.keyboard.press("Escape")
-    assert told.get(timeout=10) is None
+    assert told.get(timeout=COMPILING) is None
     scope.seek(0)
     window.page.keyboard.press("j")
-    assert told.get(timeout=10) == Selection("segment", 0) == scope.selection
+    assert told.get(timeout=COMPILING) == Selection("segment", 0) == scope.selection
 
 
 def test_a_program_solves_the_map_and_reads_it(scope: Workbench) -> None:
-    solution = scope.solve(PATIENCE)
+    solution = scope.solve(COMPILING)
     assert solution.cost_after <= solution.cost_before
     assert scope.poses.shape == (40, 3)
     assert len(scope.map) > 3
@@ -70,19 +69,19 @@ def test_a_program_solves_the_map_and_reads_it(scope: Workbench) -> None:
 def test_a_program_overrules_the_estimator_and_takes_it_back(scope: Workbench) -> None:
     told: queue.SimpleQueue[object] = queue.SimpleQueue()
     scope.on_edits(told.put)
-    scope.wait(PATIENCE)
+    scope.wait(COMPILING)
     steps = scope.session.findings.steps.values()
     seen = next(a for step in steps for a in step.associations if a.spline is not None)
     other = next(spline.id for spline in scope.map if spline.id != seen.spline)
     scope.force(seen.scan, seen.segment, other)
-    assert told.get(timeout=10) == scope.edits
+    assert told.get(timeout=COMPILING) == scope.edits
     assert [edit.spline for edit in scope.edits if isinstance(edit, Force)] == [other] * len(scope.edits)
-    scope.wait(PATIENCE)
+    scope.wait(COMPILING)
     scope.undo()
-    assert told.get(timeout=10) == () == scope.edits
+    assert told.get(timeout=COMPILING) == () == scope.edits
     with pytest.raises(EditError, match="no segment 99"):
         scope.force(seen.scan, 99, other)
-    scope.wait(PATIENCE)
+    scope.wait(COMPILING)
 
 
 def test_what_cannot_be_done_is_raised_in_a_sentence(scope: Workbench, log: Path, tmp_path: Path) -> None:
@@ -97,4 +96,4 @@ def test_what_cannot_be_done_is_raised_in_a_sentence(scope: Workbench, log: Path
         scope.solve()
     with pytest.raises(TimeoutError):
         scope.wait(0.001)
-    scope.wait(PATIENCE)
+    scope.wait(COMPILING)

@@ -16,7 +16,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from app.chromium import Window, opened, until
-from app.running import running_viewer
+from app.running import COMPILING, running_viewer, settled
 from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
 from splinescope import commands as ask
@@ -27,7 +27,6 @@ from splinescope.view import Selection
 from splinescope.viewer import Viewer
 
 LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"
-PATIENCE = 120.0  # s; a first run compiles the kernels
 SCAN = 11
 
 Opener = Callable[..., Window]
@@ -53,28 +52,32 @@ def shared(running: Viewer, browser: Browser) -> Iterator[Window]:
 @pytest.fixture
 def window(shared: Window) -> Window:
     """That window, looking at the whole map."""
-    shared.page.keyboard.press("f")
-    shared.settled()
+    shared.fit()
     return shared
 
 
 @pytest.fixture
 def ready(running: Viewer) -> Viewer:
     """Nothing edited, nothing proposed, a segment of a key scan selected."""
-    until(lambda: running.session.editing.base, "the end of processing", PATIENCE)
+    until(lambda: running.session.editing.base, "the end of processing", COMPILING)
     running.post(ask.DropProposal())
     running.post(ask.GoToEdit(0))
     running.post(ask.Seek(SCAN))
     step = running.session.findings.steps[SCAN]
     longest = max((a for a in step.associations), key=lambda a: a.last - a.first)
     running.post(ask.Select(Selection("segment", longest.segment)))
-    until(lambda: not running.session.editing.making and not in_force(running), "the automatic map")
+    made(running, 0, "the automatic map")
     until(lambda: running.session.cursor == SCAN and running.session.selection, "the key scan")
     return running
 
 
 def in_force(viewer: Viewer) -> int:
     return len(viewer.session.editing.history.active)
+
+
+def made(viewer: Viewer, count: int, what: str) -> None:
+    """Wait until so many edits are in force and their exact map is there."""
+    settled(viewer, lambda: in_force(viewer) == count and not viewer.session.editing.making, what)
 
 
 def open_tab(window: Window, name: str) -> None:
@@ -107,13 +110,13 @@ def test_each_edit_by_key_is_looked_at_accepted_undone_and_redone(ready: Viewer,
         window.page.keyboard.press(key)
         until(lambda: previewed(ready), f"the preview of {name}")
         window.page.keyboard.press("Enter")
-        until(lambda: in_force(ready) == 1 and not session.editing.making, f"{name} made")
+        made(ready, 1, f"{name} made")
         window.page.keyboard.press("Control+z")
         until(lambda: in_force(ready) == 0, f"{name} undone")
         window.page.keyboard.press("Control+Shift+z")
         until(lambda: in_force(ready) == 1, f"{name} redone")
         window.page.keyboard.press("Control+z")
-        until(lambda: in_force(ready) == 0 and not session.editing.making, f"{name} undone again")
+        made(ready, 0, f"{name} undone again")
 
 
 def test_edits_by_mouse_with_their_preview_and_explanation(ready: Viewer, window: Window) -> None:
@@ -169,12 +172,12 @@ def accepted_and_undone(viewer: Viewer, window: Window, name: str) -> None:
     assert editing.proposal.preview is not None and editing.proposal.preview.refusal is None
     edits = len(editing.proposal.edits)
     window.page.keyboard.press("Enter")
-    until(lambda: in_force(viewer) == active + edits and not editing.making, f"{name} made")
+    made(viewer, active + edits, f"{name} made")
     assert shown(viewer) != before
     assert editing.explanation is not None
     assert {outcome.fate for outcome in editing.explanation.outcomes[active:]} <= {Fate.FOLLOWED, Fate.OUTVOTED}
     press(window.page, "Undo")
-    until(lambda: in_force(viewer) == active and not editing.making, f"{name} undone")
+    made(viewer, active, f"{name} undone")
     until(lambda: shown(viewer) == before, "the map as it was")
 
 
@@ -229,7 +232,7 @@ def split_its_spline(viewer: Viewer) -> int:
     viewer.post(ask.Select(Selection("spline", piece.spline)))
     viewer.post(ask.EditSelected(EditKind.SPLIT))
     viewer.post(ask.AcceptEdits())
-    until(lambda: in_force(viewer) == 1 and not viewer.session.editing.making, "two splines near each other")
+    made(viewer, 1, "two splines near each other")
     return piece.spline
 
 
@@ -274,7 +277,7 @@ def test_a_loop_is_closed_and_dropped(ready: Viewer, window: Window) -> None:
     press(window.page, "Match it")
     accepted_and_undone(ready, window, "Close a loop")
     window.page.keyboard.press("Control+y")
-    until(lambda: in_force(ready) == 1 and not session.editing.making, "the loop closed again")
+    made(ready, 1, "the loop closed again")
     assert session.map_view is not None
     ready.post(ask.Select(Selection("closure", len(session.map_view.loop_closures) - 1)))
     until(lambda: session.selection is not None and session.selection.kind == "closure", "the closure")
@@ -304,12 +307,12 @@ def test_a_click_chooses_where_a_spline_is_split(ready: Viewer, window: Window) 
 
 
 def test_a_page_that_is_loaded_again_shows_the_edits(ready: Viewer, window: Window) -> None:
-    session = ready.session
     window.page.keyboard.press("Delete")
     until(lambda: previewed(ready), "the preview")
     window.page.keyboard.press("Enter")
-    until(lambda: in_force(ready) == 1 and not session.editing.making, "the edit made")
+    made(ready, 1, "the edit made")
     window.page.reload()
+    window.ready()
     open_tab(window, "Edit")
     expect(window.page.get_by_text("Ignore beams").first).to_be_visible()
     expect(window.page.get_by_text("✓ followed").first).to_be_visible()
@@ -330,11 +333,11 @@ def test_after_kill_minus_nine_everything_accepted_is_there_again(tmp_path: Path
     window = open_window(url)
     page = window.page
     open_tab(window, "Edit")
-    expect(page.get_by_text("No edit was made yet.")).to_be_visible(timeout=1000 * PATIENCE)
-    expect(page.get_by_text("show one first")).to_be_hidden(timeout=1000 * PATIENCE)
+    expect(page.get_by_text("No edit was made yet.")).to_be_visible(timeout=1000 * COMPILING)
+    expect(page.get_by_text("show one first")).to_be_hidden(timeout=1000 * COMPILING)
     page.keyboard.press("j")
     page.keyboard.press("Delete")
-    expect(page.get_by_text("predicted change of cost").first).to_be_visible(timeout=1000 * PATIENCE)
+    expect(page.get_by_text("predicted change of cost").first).to_be_visible(timeout=1000 * COMPILING)
     page.keyboard.press("Enter")
     expect(page.get_by_text("As the estimator made it")).to_be_visible()
     os.kill(process.pid, signal.SIGKILL)
@@ -347,7 +350,7 @@ def test_after_kill_minus_nine_everything_accepted_is_there_again(tmp_path: Path
     again = open_window(url)
     try:
         open_tab(again, "Edit")
-        expect(again.page.get_by_text("✓ followed").first).to_be_visible(timeout=1000 * PATIENCE)
+        expect(again.page.get_by_text("✓ followed").first).to_be_visible(timeout=1000 * COMPILING)
     finally:
         process.kill()
         process.wait(10)

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.chromium import Window, until
-from app.running import running_viewer
+from app.running import COMPILING, running_viewer
 from bspline_slam.backends import BACK_ENDS
 from splinescope.comparison import largest_pose_difference
 from splinescope.computing.jobs import Jobs
@@ -29,7 +29,6 @@ from splinescope.viewer import Viewer
 
 SAMPLES = Path(__file__).parents[2] / "sample_logs"
 OFFICE_SCANS = 40
-PATIENCE = 240.0  # s; a first run compiles the kernels
 
 Opener = Callable[..., Window]
 
@@ -38,7 +37,7 @@ Opener = Callable[..., Window]
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     """The application with three splines, processed."""
     with running_viewer(SAMPLES / "three_splines.log.gz", tmp_path_factory.mktemp("memory") / "session.json") as viewer:
-        until(lambda: viewer.session.result and viewer.session.activity is None, "the end of processing", PATIENCE)
+        until(lambda: viewer.session.result and viewer.session.activity is None, "the end of processing", COMPILING)
         yield viewer
 
 
@@ -63,7 +62,7 @@ def press(window: Window, viewer: Viewer, button: str) -> Result:
     """Press a button that starts a job; the result it brings, once the estimator is idle."""
     session, before = viewer.session, viewer.session.results.made
     window.page.get_by_role("button", name=button).click()
-    until(lambda: session.results.made > before and session.activity is None, "a result", PATIENCE)
+    until(lambda: session.results.made > before and session.activity is None, "a result", COMPILING)
     assert session.troubles == ()
     assert session.result is not None
     return session.result

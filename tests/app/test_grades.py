@@ -13,7 +13,6 @@ from bspline_slam.spline_map import SplineMap
 from splinescope.grades import (
     OBSERVATIONS,
     RESIDUALS,
-    UNCERTAINTY,
     UNKNOWN,
     WIDTHS,
     Scale,
@@ -22,6 +21,7 @@ from splinescope.grades import (
     scale_of,
     shares,
     stretches_of,
+    uncertainties,
 )
 from splinescope.palette import DARK, LIGHT, MINIMUM_CONTRAST, Theme, contrast_ratio, luminance
 from splinescope.view import Colouring
@@ -66,7 +66,7 @@ def test_worse_grades_stand_out_more(theme: Theme) -> None:
     assert list(WIDTHS) == sorted(set(WIDTHS))
 
 
-@pytest.mark.parametrize("scale", [RESIDUALS, UNCERTAINTY, OBSERVATIONS, ages(45.0), ages(2700.0)])
+@pytest.mark.parametrize("scale", [RESIDUALS, uncertainties(np.full(3, 0.004)), OBSERVATIONS, ages(45.0), ages(2700.0)])
 def test_every_scale_has_a_label_for_each_grade(scale: Scale) -> None:
     assert len(scale.labels) == len(set(scale.labels)) == len(scale.most) == len(WIDTHS)
     assert list(scale.most) == sorted(scale.most) and scale.most[-1] == np.inf
@@ -74,7 +74,18 @@ def test_every_scale_has_a_label_for_each_grade(scale: Scale) -> None:
 
 def test_scales_say_their_units() -> None:
     assert RESIDUALS.labels[1] == "6 to 9 mm"
-    assert UNCERTAINTY.labels[-1] == "above 10 mm"
+    assert uncertainties(np.array([0.0015, np.nan])).labels[-1] == "above 5 mm"
+
+
+@pytest.mark.parametrize("size", [1e-5, 0.0004, 0.0013, 0.03, 0.4, 7.0])
+def test_grades_of_uncertainty_lie_around_what_there_is(size: float) -> None:
+    values = size * np.random.default_rng(3).uniform(0.3, 3.0, 501)
+    scale = uncertainties(np.append(values, np.nan))
+    assert list(scale.most) == sorted(set(scale.most)) and len(scale.labels) == len(WIDTHS)
+    if 0.0005 < size < 0.1:
+        assert scale.graded(np.array([np.median(values)])).tolist() == [len(WIDTHS) // 2]
+    assert uncertainties(1.001 * values).most == scale.most, "a small edit must not move the colours"
+    assert scale.graded(np.array([np.nan])).tolist() == [UNKNOWN]
     assert ages(2700.0).labels[0] == "0 to 9 min"
     assert ages(45.0).labels[-1] == "36 to 45 s"
 

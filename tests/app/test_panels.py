@@ -58,7 +58,8 @@ def test_the_status_names_the_log_the_job_and_the_time_left(finished: Session) -
     finished.estimation.activity = Activity(Work.PROCESSING, 9, "Matching scans", 0.25, 80.0)
     text = "".join(status.headline(finished))
     assert "corridor.log" in text
-    assert typeset("Matching scans · 25 % · 1 min 20 s left") in text
+    assert typeset("25 % · 1 min 20 s left") in text
+    assert status.status_line(finished) == "Matching scans · 25 % · 1 min 20 s left"
     finished.estimation.activity = None
     assert (
         f"{len(finished.findings.snapshot.map) if finished.findings.snapshot else 0:,} splines"

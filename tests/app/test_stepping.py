@@ -8,13 +8,11 @@ import pytest
 from playwright.sync_api import expect
 
 from app.chromium import Window, until
-from app.running import running_viewer
+from app.running import COMPILING, running_viewer
 from splinescope import commands as ask
 from splinescope.observation_view import ObservationStep
 from splinescope.paths import find_log
 from splinescope.viewer import Viewer
-
-PATIENCE = 240.0  # s; a first run compiles the kernels
 
 Opener = Callable[..., Window]
 
@@ -23,7 +21,7 @@ Opener = Callable[..., Window]
 def viewer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     """The application with the smallest sample, processed and tested."""
     with running_viewer(find_log("three_splines"), tmp_path_factory.mktemp("memory") / "session.json") as viewer:
-        until(lambda: viewer.session.findings.consistency, "the tests of consistency", PATIENCE)
+        until(lambda: viewer.session.findings.consistency, "the tests of consistency", COMPILING)
         yield viewer
 
 

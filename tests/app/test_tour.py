@@ -8,10 +8,9 @@ import pytest
 from playwright.sync_api import expect
 
 from app.chromium import Window, until
+from app.running import COMPILING
 from splinescope.api import open_workbench
 from splinescope.tour import STEPS, erring, mistake_in
-
-PATIENCE = 240.0  # s; a first run compiles the kernels
 
 
 def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
@@ -22,7 +21,7 @@ def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
         card, page = window.page.get_by_role("region", name="Guided tour"), window.page
         card.get_by_role("button", name="Take the tour").click()
         expect(card).to_contain_text("the tour goes on as soon as that is done")
-        expect(card).to_contain_text(STEPS[0].text, timeout=1000 * PATIENCE)
+        expect(card).to_contain_text(STEPS[0].text, timeout=1000 * COMPILING)
         mistake = mistake_in(session)
         assert mistake is not None
         before = scope.poses
@@ -33,16 +32,15 @@ def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
             page.keyboard.press("ArrowRight")
         expect(card).to_contain_text(STEPS[2].title)
         card.get_by_role("button", name="Next").click()
-        until(lambda: erring(session, mistake) and not session.editing.making, "the mistake", PATIENCE)
-        until(lambda: session.editing.explanation, "what the solver says", PATIENCE)
+        until(lambda: erring(session, mistake) and not session.editing.making, "the mistake", COMPILING)
+        until(lambda: session.editing.explanation, "what the solver says", COMPILING)
         assert abs(scope.poses - before).max() > 0.0
         card.get_by_role("button", name="Next").click()
         expect(card).to_contain_text(STEPS[4].title)
         until(
             lambda: session.editing.doubts.queue[:1] and "by hand" in session.editing.doubts.queue[0].sentence, "doubt"
         )
-        page.keyboard.press("f")
-        whole = window.settled()["metresPerPixel"]
+        whole = window.fit()["metresPerPixel"]
         page.keyboard.press("q")
         expect(card).to_contain_text(STEPS[5].title)
         until(lambda: window.viewport()["metresPerPixel"] < 0.7 * whole, "a nearer look at the mistake")
@@ -51,7 +49,7 @@ def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
         expect(card).to_contain_text(STEPS[6].title)
         card.get_by_role("button", name="Finish").click()
         expect(card).to_be_hidden()
-        until(lambda: not session.editing.making, "the map as it was", PATIENCE)
+        until(lambda: not session.editing.making, "the map as it was", COMPILING)
         assert session.editing.history.active == ()
         assert (scope.poses == before).all()
         assert session.preferences.toured

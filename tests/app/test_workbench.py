@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, expect
 
-from app.chromium import READY, Window, until
+from app.chromium import Window, until
 from app.logs import corridor_log, write_carmen
-from app.running import running_viewer
+from app.running import COMPILING, running_viewer
 from splinescope import commands as ask
 from splinescope.actions import ACTIONS
 from splinescope.actions.page import TABS
@@ -22,7 +22,6 @@ from splinescope.view import Colouring, Layer, Selection
 from splinescope.viewer import Viewer
 
 SCANS = 60
-PATIENCE = 240.0  # s; a first run compiles the kernels
 
 Opener = Callable[..., Window]
 
@@ -53,7 +52,7 @@ def ready(running: Viewer, log: Path) -> Viewer:
     cancelled = session.solution and not session.busy and not session.findings.covariances
     if session.opening is None and (session.title != log.name or cancelled):
         running.post(ask.OpenLog(log))
-    until(lambda: session.solution and session.findings.covariances, "the end of processing", PATIENCE)
+    until(lambda: session.solution and session.findings.covariances, "the end of processing", COMPILING)
     running.post(ask.Select(None))
     running.post(ask.Seek(0))
     until(lambda: running.session.cursor == 0 and running.session.selection is None, "the first scan")
@@ -76,7 +75,7 @@ def test_a_log_can_be_stepped_at_once_and_arrives_by_and_by(running: Viewer, ope
     window.page.keyboard.press("Home")
     window.page.keyboard.press("ArrowRight")
     until(lambda: running.session.cursor == 1, "a step")
-    until(lambda: running.session.solution, "the end of processing", PATIENCE)
+    until(lambda: running.session.solution, "the end of processing", COMPILING)
     expect(window.page.get_by_text("The log is processed")).to_be_visible()
     assert running.session.cursor == 1
 
@@ -92,11 +91,13 @@ def test_steps_by_key_and_by_button(ready: Viewer, open_window: Opener) -> None:
     window.page.get_by_label("Forward 10 scans").click()
     expect(counter).to_have_value("11")
     window.page.keyboard.press("End")
+    window.page.get_by_label("Playing speed").select_option("0.25")  # so slow that the end is far for any machine
     window.page.keyboard.press(" ")
-    until(lambda: ready.session.playback.playing, "play")
     until(lambda: 0 < ready.session.cursor < SCANS - 1, "play from the start")
+    assert ready.session.playback.playing
     window.page.keyboard.press(" ")
     until(lambda: not ready.session.playback.playing, "pause")
+    ready.post(ask.SetSpeed(2.0))
 
 
 def test_layers_are_switched_and_remembered(ready: Viewer, open_window: Opener, memory: Path) -> None:
@@ -148,7 +149,7 @@ def test_optimising_lowers_the_cost_and_says_what_it_did(ready: Viewer, open_win
     window = open_window(ready.url, width=1920, height=1080)
     tab(window, "Estimate")
     window.page.get_by_role("button", name="Only solve this map again").click()
-    expect(window.page.get_by_text("The map is optimised")).to_be_visible(timeout=1000 * PATIENCE)
+    expect(window.page.get_by_text("The map is optimised")).to_be_visible(timeout=1000 * COMPILING)
     expect(window.page.get_by_text("cost before → after")).to_be_visible()
     expect(window.page.locator(".uplot")).to_be_visible()
     solution = ready.session.solution
@@ -217,7 +218,7 @@ def test_two_thousand_wild_events_leave_a_page_that_works(ready: Viewer, open_wi
     for _ in range(4):
         window.page.keyboard.press("Escape")
     expect(window.page.locator("dialog[open]")).to_have_count(0)
-    until(lambda: ready.session.opening is None and not ready.session.busy, "rest", PATIENCE)
+    until(lambda: ready.session.opening is None and not ready.session.busy, "rest", COMPILING)
     assert ready.session.title == "corridor.log"
     assert not [trouble for trouble in ready.session.troubles if "Something went wrong" in trouble]
     window.page.keyboard.press("End")
@@ -287,7 +288,7 @@ def test_one_drives_and_others_watch_until_they_take_control(ready: Viewer, open
     two.page.keyboard.press("d")
     until(lambda: ready.session.preferences.dark, "a dark page")
     two.page.reload()
-    two.page.wait_for_function(READY)
+    two.ready()
     expect(two.page.get_by_text("One other page watches.")).to_be_visible()
     two.page.keyboard.press("Home")
     until(lambda: ready.session.cursor == 0, "the driver to drive on after a reload")
@@ -302,10 +303,12 @@ def test_every_setting_of_the_view_survives_a_reload(ready: Viewer, open_window:
     page.mouse.move(300, 300)
     page.mouse.wheel(0, -300)
     before = window.settled()
-    until(lambda: ready.session.place and "quality" in ready.session.tab and ready.session.selection, "all of it")
+    place = pytest.approx((before["x"], before["y"], before["metresPerPixel"]))
+    until(lambda: ready.session.place == place, "the place")
+    until(lambda: "quality" in ready.session.tab and ready.session.selection, "all of it")
     said = ready.session.remembered
     page.reload()
-    page.wait_for_function(READY)
+    window.ready()
     until(lambda: window.viewport()["metresPerPixel"] == pytest.approx(before["metresPerPixel"], rel=1e-3), "the place")
     after = window.settled()
     assert (after["x"], after["y"]) == pytest.approx((before["x"], before["y"]), abs=0.01)

@@ -196,9 +196,16 @@ class Page:
         self._tabs.append(callback)
 
     def perform(self, action: str, client: viser.ClientHandle | None = None) -> None:
-        """Let the script of one page, or of every page, do an action of its own."""
+        """Let the script of one page, or of every page that is here now, do an action of its own."""
         self._performed += 1
-        self.send("perform", {"action": action, "number": f"{self._name}-{self._performed}"}, client)
+        told = {"action": action, "number": f"{self._name}-{self._performed}"}
+        for each in self.server.get_clients().values() if client is None else (client,):
+            self.send("perform", told, each)
+
+    def offer_link(self, query: str, client: viser.ClientHandle) -> None:
+        """Give the person at one page the link with these words behind the address."""
+        self._performed += 1
+        self.send("copy", {"query": query, "number": f"{self._name}-{self._performed}"}, client)
 
     def timeline(self, state: TimelineState) -> None:
         """Show this on the timeline of every page."""

@@ -140,12 +140,11 @@ def explanation(told: Explanation | None, names: tuple[str, ...]) -> list[str]:
 
 
 def _fates(told: Explanation, names: tuple[str, ...]) -> Iterator[str]:
-    rows = [
-        (f"{SIGNS[outcome.fate]} {outcome.fate.value}", name, outcome.sentence)
-        for name, outcome in zip(names, told.outcomes, strict=False)
-    ]
     yield table.heading("What became of each edit")
-    yield table.table(("", "Edit", ""), rows)
+    yield table.explained(
+        (name, f"{SIGNS[outcome.fate]} {outcome.fate.value}", outcome.sentence)
+        for name, outcome in zip(names, told.outcomes, strict=False)
+    )
 
 
 def _costs(told: Explanation) -> Iterator[str]:
@@ -175,7 +174,7 @@ def _worst(told: Explanation) -> Iterator[str]:
         place = (
             f"segment {worst.segment}, spline {worst.spline}" if worst.segment is not None else f"scan {worst.other}"
         )
-        cells = (f"scan {worst.scan}", f"{worst.kind}: {place}", f"{worst.size:.1f} σ", f"{1000 * worst.metres:.0f} mm")
-        rows.append((number, cells, ""))
+        cells = (f"scan {worst.scan}", f"{worst.size:.1f} σ", f"{1000 * worst.metres:.0f} mm")
+        rows.append((number, cells, f"{worst.kind}: {place}"))
     yield table.heading("The ten worst residuals")
-    yield table.leading(WORST, ("", "", "RMS", ""), rows)
+    yield table.leading(WORST, ("", "RMS", ""), rows)

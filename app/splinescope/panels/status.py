@@ -40,7 +40,7 @@ def headline(session: Session) -> list[str]:
 def head(session: Session, busy: bool) -> str:
     """The name of the log, and what is being done with a button that ends it, in one row."""
     name = f"<b>{escape(session.title)}</b>" if session.log is not None else ""
-    job = f"<span>{table.escaped(status_line(session))}</span>{button(session, 'Cancel', 'cancel')}" if busy else ""
+    job = f"<span>{table.escaped(in_brief(session))}</span>{button(session, 'Cancel', 'cancel')}" if busy else ""
     return f'<div class="head">{name}{job}</div>'
 
 
@@ -72,6 +72,17 @@ def doing(session: Session) -> str:
     if activity.seconds_left is not None:
         text += f" · {duration(activity.seconds_left)} left"
     return text
+
+
+def in_brief(session: Session) -> str:
+    """The same beside the name of the log: the line below the timeline says it in full."""
+    activity = session.activity
+    if session.opening is not None or activity is None:
+        return status_line(session)
+    if activity.fraction is None:
+        return activity.stage.partition(" (")[0]
+    left = "" if activity.seconds_left is None else f" · {duration(activity.seconds_left)} left"
+    return f"{100 * activity.fraction:.0f} %{left}"
 
 
 def adjusted(activity: Activity) -> str:

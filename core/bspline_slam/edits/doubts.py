@@ -121,14 +121,15 @@ def _of_closures(snapshot: Snapshot, config: SlamConfig) -> Iterator[Doubt]:
         margin = max(abs(closure.score - config.loops.least_score), abs(closure.inliers - config.loops.least_inliers))
         if not closure.accepted:
             near = 1.0 - min(margin / 0.1, 1.0)
-            verdict = "Not accepted so far" if closure.waiting else "Rejected narrowly"
-            yield Doubt(near, f"{verdict}: {closure.reason}.", closure.scan, closure=number)
+            verdict = "not accepted so far" if closure.waiting else "rejected narrowly"
+            yield Doubt(near, f"This loop closure was {verdict}: {closure.reason}.", closure.scan, closure=number)
             continue
         i, j = (snapshot.poses[keys[np.searchsorted(keys, scan)]] for scan in (closure.earlier, closure.scan))
         off = se2.between(closure.measured, se2.between(i, j))
         weight = robust_weight(_whitened(closure, off), config.loops.kernel)
         drop = (DropLoop(closure.earlier, closure.scan),)
-        sentence = f"This loop closure is {1000 * np.hypot(off[0], off[1]):.0f} mm off the map and keeps {weight:.0%}."
+        far = 1000 * float(np.hypot(off[0], off[1]))
+        sentence = f"This loop closure is {far:.0f} mm off the map and keeps {weight:.0%} of its weight."
         yield Doubt(1.0 - weight, sentence, closure.scan, closure=number, overrule=drop)
 
 

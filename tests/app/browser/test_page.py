@@ -19,6 +19,7 @@ from app.chromium import Window, until
 from bspline_slam.errors import ConfigError
 from splinescope import table
 from splinescope.actions import ACTIONS, PageRequest, described
+from splinescope.actions.page import TABS
 from splinescope.browser.page import Mark, Page, TimelineState, open_page
 
 Opener = Callable[..., Window]
@@ -380,19 +381,60 @@ def test_the_help_sheet_names_every_key(page: Page, open_window: Opener) -> None
     expect(sheet).to_be_hidden()
 
 
+def with_tabs(page: Page, names: tuple[str, ...] = TABS) -> None:
+    tabs = page.server.gui.add_tab_group()
+    for name in names:
+        with tabs.add_tab(name):
+            page.server.gui.add_html(f"under {name}")
+
+
 def test_keys_that_are_the_scripts_own_need_no_python(page: Page, open_window: Opener) -> None:
     page.timeline(TimelineState(index=30, length=101, processed=60))
     window = open_window(page.url)
     window.page.keyboard.press("g")
     expect(window.page.get_by_label("Jump to scan")).to_be_focused()
     window.page.keyboard.press("Escape")
-    tabs = page.server.gui.add_tab_group()
-    for name in ("Layers", "Scan"):
-        with tabs.add_tab(name):
-            page.server.gui.add_html(f"under {name}")
+    with_tabs(page, ("Layers", "Scan"))
     expect(window.page.get_by_text("under Layers")).to_be_visible()
+    until(lambda: page.server.get_clients(), "the page to be known")
     page.perform("tab-scan")
     expect(window.page.get_by_text("under Scan")).to_be_visible()
+
+
+def test_the_tab_of_the_last_visit_is_opened_also_when_tabs_come_late(page: Page, open_window: Opener) -> None:
+    told: list[str] = []
+    page.on_tab(told.append)
+    page.send("tab", "edit")
+    window = open_window(page.url)
+    with_tabs(page)
+    tab = window.page.get_by_role("tab", name="Edit", exact=True)
+    expect(tab).to_have_attribute("aria-selected", "true")
+    window.page.get_by_role("tab", name="Compare", exact=True).click()
+    until(lambda: told, "the tab that was opened")
+    assert told == ["compare"], "what Python has asked for is not told back"
+
+
+def test_a_tab_that_a_person_has_opened_stays_open(page: Page, open_window: Opener) -> None:
+    told: list[str] = []
+    page.on_tab(told.append)
+    with_tabs(page)
+    window = open_window(page.url)
+    window.page.get_by_role("tab", name="Quality", exact=True).click()
+    page.send("tab", "edit")  # the greeting of a busy machine
+    until(lambda: told, "the tab that was opened")
+    assert told == ["quality"]
+    expect(window.page.get_by_role("tab", name="Quality", exact=True)).to_have_attribute("aria-selected", "true")
+    page.send("tab", "edit")  # another log
+    expect(window.page.get_by_role("tab", name="Edit", exact=True)).to_have_attribute("aria-selected", "true")
+
+
+def test_what_one_page_is_asked_to_do_no_later_page_does(page: Page, open_window: Opener) -> None:
+    first = open_window(page.url)
+    until(lambda: page.server.get_clients(), "the page to be known")
+    page.perform("help")
+    expect(first.page.get_by_role("dialog", name="Keys and help")).to_be_visible()
+    later = open_window(page.url)
+    assert not later.page.evaluate("splinescope.latest.has('perform')")
 
 
 def test_a_click_gives_the_point_of_the_world(page: Page, open_window: Opener) -> None:

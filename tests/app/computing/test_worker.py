@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from app.logs import corridor_log, write_carmen
+from app.running import COMPILING
 from bspline_slam.slam import SlamConfig
 from splinescope.computing.messages import CovariancesFound, Failed, Finished, Message, Progress, StepsDone, Stopped
 from splinescope.computing.worker import Worker, obituary
 
 CONFIG = SlamConfig()
-PATIENCE = 240.0  # s; a first run compiles the kernels
 
 Until = Callable[[type[Message]], list[Message]]
 
@@ -34,9 +34,9 @@ def running() -> Iterator[tuple[Worker, Until]]:
     worker = Worker(inbox.put)
 
     def until(kind: type[Message]) -> list[Message]:
-        got: list[Message] = [inbox.get(timeout=PATIENCE)]
+        got: list[Message] = [inbox.get(timeout=COMPILING)]
         while not isinstance(got[-1], kind):
-            got.append(inbox.get(timeout=PATIENCE))
+            got.append(inbox.get(timeout=COMPILING))
         return got
 
     yield worker, until
