@@ -53,10 +53,13 @@ def view(options: argparse.Namespace) -> None:
 
 
 def log_of_session(session: Path | None) -> str | None:
-    """The path of the log that a session's file refers to. Raises ConfigError where that is gone."""
+    """The path of the log that a session's file refers to. Raises ConfigError where that is gone, and
+    where the file is something else than a session, which would be written over."""
     from bspline_slam.errors import ConfigError
-    from splinescope.browser.preferences import load
+    from splinescope.browser.preferences import check, load
 
+    if session is not None:
+        check(session)
     log = load(session).log if session is not None else ""
     if log and not Path(log).exists():
         raise ConfigError(f"the session {session} is about {log}, which is gone: say where the log is now")

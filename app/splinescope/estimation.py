@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Protocol
 
 from bspline_slam.backends.protocol import IterationRecord
@@ -26,9 +25,9 @@ from splinescope.result import KEPT, Result, Results
 class Estimator(Protocol):
     """Who computes: the worker's process, seen from here."""
 
-    def process(self, path: Path, config: SlamConfig) -> int: ...
-    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
+    def process(self, log: told.LogFile, config: SlamConfig) -> int: ...
+    def solve(self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
+    def covariances(self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
     def measure(
         self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked
     ) -> int: ...
@@ -43,10 +42,12 @@ class Estimation:
     of the running solve or of the one behind the result shown.
     """
 
-    def __init__(self, estimator: Estimator, findings: Findings, path: Path, tell: Callable[[Notice], None]) -> None:
+    def __init__(
+        self, estimator: Estimator, findings: Findings, log: told.LogFile, tell: Callable[[Notice], None]
+    ) -> None:
         self._estimator = estimator
         self._findings = findings
-        self._path = path
+        self._file = log
         self._tell = tell
         self._settled: Snapshot | None = None
         self._recipe = Recipe()
@@ -64,7 +65,7 @@ class Estimation:
             return
         self._begin(recipe, None)
         self._findings.forget()
-        job = self._estimator.process(self._path, recipe.config())
+        job = self._estimator.process(self._file, recipe.config())
         self.activity = Activity(Work.PROCESSING, job, "Starting the estimator")
 
     def solve(self, recipe: Recipe) -> None:
@@ -74,7 +75,7 @@ class Estimation:
             return
         run = self._run = self.results.run_behind(shown)
         self._begin(recipe, run.snapshot)
-        job = self._estimator.solve(self._path, run.kept, recipe.config(), run.edits)
+        job = self._estimator.solve(self._file, run.kept, recipe.config(), run.edits)
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -216,7 +217,7 @@ class Estimation:
             return
         for result in (self.results.shown, self.results.compared):
             if result is not None and not result.measured and result.number not in self._given_up:
-                job = self._estimator.covariances(self._path, result.kept, result.recipe.config(), result.edits)
+                job = self._estimator.covariances(self._file, result.kept, result.recipe.config(), result.edits)
                 self.activity = Activity(Work.COVARIANCES, job, Work.COVARIANCES.value)
                 self._measuring = result.number
                 return

@@ -21,7 +21,7 @@ from splinescope.browser.values import Bounds, Place
 from splinescope.choosing import preferred
 from splinescope.closures import ClosurePage
 from splinescope.computing.edit_messages import Ghost
-from splinescope.computing.messages import Measured, Message
+from splinescope.computing.messages import LogFile, Measured, Message
 from splinescope.computing.solution import Solution
 from splinescope.editing import Editing
 from splinescope.estimation import Estimation, Estimator
@@ -432,7 +432,8 @@ class Session:
         self.closure_page = ClosurePage()
         self.title = request.title or log.name
         self.findings = Findings(log)
-        self.estimation = Estimation(self._estimator, self.findings, request.path, self.tell)
+        file = LogFile(request.path, log.content_hash)
+        self.estimation = Estimation(self._estimator, self.findings, file, self.tell)
         self.playback = Playback(play_axis(log.times) if len(log) else np.zeros(0), speed=self.preferences.speed)
         self.fit_wanted = True
         self._look_as_before(self.preferences.views.get(log.content_hash, LogView()))

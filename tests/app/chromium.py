@@ -17,7 +17,7 @@ READY = (
     "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
     " && splinescope.latest.has('actions')"
 )
-GREETED = "!splinescope.latest.has('refusals') || splinescope.latest.has('tab')"
+GREETED = "!splinescope.latest.has('stage') || splinescope.latest.has('tab')"
 """A page of the whole application has been greeted; one of a bare server has nothing to wait for."""
 FRAMES = """
 count => new Promise(done => {

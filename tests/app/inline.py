@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
 
 from app import estimator
@@ -14,7 +13,7 @@ from bspline_slam.slam import SlamConfig
 from splinescope.browser.preferences import Preferences
 from splinescope.commands import LogOpened, OpenLog
 from splinescope.computing import jobs
-from splinescope.computing.messages import FindCovariances, MeasureMap, Message, ProcessLog, Request, SolveMap
+from splinescope.computing.messages import FindCovariances, LogFile, MeasureMap, Message, ProcessLog, Request, SolveMap
 from splinescope.session import Session
 
 
@@ -27,14 +26,14 @@ class InlineEstimator:
         self.asked: list[Request] = []
         self._jobs = jobs.Jobs(self.messages.append)
 
-    def process(self, path: Path, config: SlamConfig) -> int:
-        return self._do(lambda job: ProcessLog(job, path, config))
+    def process(self, log: LogFile, config: SlamConfig) -> int:
+        return self._do(lambda job: ProcessLog(job, log, config))
 
-    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
-        return self._do(lambda job: SolveMap(job, path, kept, config, edits))
+    def solve(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        return self._do(lambda job: SolveMap(job, log, kept, config, edits))
 
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
-        return self._do(lambda job: FindCovariances(job, path, kept, config, edits))
+    def covariances(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+        return self._do(lambda job: FindCovariances(job, log, kept, config, edits))
 
     def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
         return self._do(lambda job: MeasureMap(job, kept, config, edits, first, second))

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from app import views
-from bspline_slam.scan import LaserScan, Records, index_at
+from bspline_slam.scan import LaserScan, Records, ScanLog, index_at
+from splinescope.computing.messages import LogFile
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,11 @@ class MemoryLog:
 
     def odometry_at(self, time: float) -> Float[np.ndarray, "3"] | None:
         return None if self.odometry is None else self.odometry[self.index_at(time)]
+
+
+def file_of(log: ScanLog) -> LogFile:
+    """The log as the estimator is told of it."""
+    return LogFile(log.path, log.content_hash)
 
 
 def corridor_log(rng: np.random.Generator, count: int = 40, notes: tuple[str, ...] = ()) -> MemoryLog:

@@ -14,6 +14,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from app.logs import file_of
 from bspline_slam.association import Association
 from bspline_slam.edits.doubts import Doubt
 from bspline_slam.edits.edit import (
@@ -51,7 +52,7 @@ from splinescope.computing.edit_messages import (
     QuickAnswer,
 )
 from splinescope.computing.jobs import Jobs
-from splinescope.computing.messages import Failed, Finished, Message, ProcessLog, Progress, SolveMap
+from splinescope.computing.messages import Failed, Finished, LogFile, Message, ProcessLog, Progress, SolveMap
 from splinescope.editing import Editing
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
@@ -65,6 +66,7 @@ from splinescope.subject import EditKind
 from splinescope.view import Piece, Selection
 
 LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"
+FILE = file_of(open_log(LOG))
 
 
 class AtOnce:
@@ -106,14 +108,14 @@ class AtOnce:
 class Idle:
     """An estimator that never answers: its messages are made by the test."""
 
-    def process(self, path: Path, config: SlamConfig) -> int:
+    def process(self, log: LogFile, config: SlamConfig) -> int:
         return 1
 
-    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+    def solve(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         self.solved = edits
         return 2
 
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+    def covariances(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         return 3
 
     def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
@@ -127,7 +129,7 @@ class Idle:
 def finished() -> list[Message]:
     """What the estimator says of the sample log."""
     sent: list[Message] = []
-    Jobs(sent.append).do(ProcessLog(1, LOG, SlamConfig()), lambda: False)
+    Jobs(sent.append).do(ProcessLog(1, FILE, SlamConfig()), lambda: False)
     assert isinstance(sent[-1], Finished)
     return sent
 
@@ -228,7 +230,7 @@ def test_solving_again_solves_the_map_with_its_edits(desk: Desk) -> None:
     desk.do(ask.Choose(recipe), ask.Optimise())
     assert desk.estimator.solved == run.edits
     sent: list[Message] = []
-    Jobs(sent.append).do(SolveMap(2, LOG, run.kept, recipe.config(), run.edits), lambda: False)
+    Jobs(sent.append).do(SolveMap(2, FILE, run.kept, recipe.config(), run.edits), lambda: False)
     for message in sent:
         desk.session.receive(message)
     solved = desk.session.result

@@ -10,8 +10,10 @@ import pytest
 from playwright.sync_api import expect
 
 from app.chromium import Window, until
+from app.logs import file_of
 from app.running import COMPILING, running_viewer
 from bspline_slam.backends import BACK_ENDS
+from bspline_slam.logs import open_log
 from splinescope.comparison import largest_pose_difference
 from splinescope.computing.jobs import Jobs
 from splinescope.computing.messages import (
@@ -128,7 +130,7 @@ def processed(office: Path) -> tuple[Jobs, list[Message], bytes]:
     """Jobs that have processed it, what they send, and the map."""
     sent: list[Message] = []
     jobs = Jobs(sent.append)
-    jobs.do(ProcessLog(1, office, Recipe().config()), lambda: False)
+    jobs.do(ProcessLog(1, file_of(open_log(office)), Recipe().config()), lambda: False)
     assert isinstance(sent[-1], Finished)
     assert sent[-1].kept is not None
     return jobs, sent, sent[-1].kept
@@ -140,7 +142,7 @@ def test_every_estimator_solves_an_office(
 ) -> None:
     jobs, sent, kept = processed
     sent.clear()
-    jobs.do(SolveMap(2, office, kept, Recipe(back_end=back_end).config()), lambda: False)
+    jobs.do(SolveMap(2, file_of(open_log(office)), kept, Recipe(back_end=back_end).config()), lambda: False)
     done = sent[-1]
     assert isinstance(done, Finished), [m.sentence for m in sent if isinstance(m, Failed)]
     assert done.kept is not None
@@ -148,6 +150,6 @@ def test_every_estimator_solves_an_office(
     assert done.snapshot is not None
     assert done.solution.back_end == back_end
     assert done.solution.largest_move < 0.1
-    jobs.do(FindCovariances(3, office, done.kept, Recipe(back_end=back_end).config()), lambda: False)
+    jobs.do(FindCovariances(3, file_of(open_log(office)), done.kept, Recipe(back_end=back_end).config()), lambda: False)
     found = next(message for message in sent if isinstance(message, CovariancesFound))
     assert set() != found.splines.keys() <= {spline.id for spline in done.snapshot.map}

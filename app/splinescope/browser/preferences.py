@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from bspline_slam.errors import ConfigError
 from splinescope.browser.log_view import LogView
 from splinescope.view import Colouring, Layer
 
@@ -97,6 +98,17 @@ def load(path: Path) -> Preferences:
         return Preferences.from_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError):
         return Preferences()
+
+
+def check(path: Path) -> None:
+    """Raise ConfigError where something else than preferences lies at `path`: to keep them there would destroy it."""
+    try:
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        told = json.loads(text) if text.strip() else {}
+    except (OSError, ValueError):
+        told = None
+    if not isinstance(told, dict) or (told and "layers" not in told):
+        raise ConfigError(f"{path} is no session of SplineScope and stays as it is: choose another name")
 
 
 def save(preferences: Preferences, path: Path) -> None:

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
 
 from bspline_slam import slam
 from bspline_slam.backends.protocol import Marginals
@@ -17,7 +16,7 @@ from bspline_slam.edits.amend import amended, solved_again
 from bspline_slam.edits.edit import Edit
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.ties import Ties
-from bspline_slam.errors import Cancelled, SplineSlamError
+from bspline_slam.errors import Cancelled, LogError, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
@@ -32,6 +31,7 @@ from splinescope.computing.messages import (
     CovariancesFound,
     FindCovariances,
     Finished,
+    LogFile,
     Measured,
     MeasureMap,
     Message,
@@ -54,6 +54,7 @@ Cancelling = Callable[[], bool]
 
 PREPARING = "Preparing the estimator (the very first run compiles for a minute)"
 READING = "Matching scans"
+CHANGED = "it has changed since it was opened; open it again to go on with what it holds now"
 PARCEL = 50
 """Steps in one message."""
 
@@ -64,7 +65,6 @@ class Jobs:
 
     def __init__(self, send: Send) -> None:
         self._send = send
-        self._path: Path | None = None
         self._log: ScanLog | None = None
         self._latest: Done | None = None
         self._asked: Done | None = None
@@ -80,15 +80,15 @@ class Jobs:
     def _do(self, request: Request, cancelled: Cancelling) -> None:
         reporter = Reporter(request.job, self._send)
         match request:
-            case ProcessLog(path=path, config=config):
+            case ProcessLog(log=log, config=config):
                 self._asked = self._amended = self._ground = None
-                self._latest = process(self._open(path), config, reporter, self._send, cancelled)
-            case SolveMap(path=path, kept=kept, config=config, edits=edits):
+                self._latest = process(self._open(log), config, reporter, self._send, cancelled)
+            case SolveMap(log=log, kept=kept, config=config, edits=edits):
                 before = self._with_edits(kept, edits, config, cancelled)
-                self._latest = optimise(self._open(path), before, config, bool(edits), reporter, self._send, cancelled)
-            case FindCovariances(path=path, kept=kept, config=config, edits=edits):
+                self._latest = optimise(self._open(log), before, config, bool(edits), reporter, self._send, cancelled)
+            case FindCovariances(log=log, kept=kept, config=config, edits=edits):
                 snapshot = self._with_edits(kept, edits, config, cancelled)
-                judge(self._open(path), snapshot, config, reporter, self._send, cancelled)
+                judge(self._open(log), snapshot, config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
             case MeasureMap(kept=kept, config=config, edits=edits, first=first, second=second):
                 snapshot = self._with_edits(kept, edits, config, cancelled)
@@ -124,10 +124,15 @@ class Jobs:
             self._asked = next((done for done in known if done.kept == kept), None) or Done(pickle.loads(kept), kept)
         return self._asked
 
-    def _open(self, path: Path) -> ScanLog:
-        if self._log is None or path != self._path:
-            self._log, self._path = open_log(path), path
-        return self._log
+    def _open(self, file: LogFile) -> ScanLog:
+        """The log that the page has read; LogError where it is another one by now."""
+        log = self._log
+        if log is None or log.content_hash != file.content_hash:
+            log = open_log(file.path)
+        if log.content_hash != file.content_hash:
+            raise LogError(file.path, CHANGED)
+        self._log = log
+        return log
 
 
 @dataclass(frozen=True, eq=False, slots=True)

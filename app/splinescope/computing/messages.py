@@ -23,21 +23,29 @@ SENT_BEFORE = b""
 
 
 @dataclass(frozen=True, slots=True)
+class LogFile:
+    """Where a log lies, and the hash of what the page has read there: it may be another one by now."""
+
+    path: Path
+    content_hash: str
+
+
+@dataclass(frozen=True, slots=True)
 class ProcessLog:
-    """Run the whole pipeline over the log at `path`."""
+    """Run the whole pipeline over a log."""
 
     job: int
-    path: Path
+    log: LogFile
     config: SlamConfig
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SolveMap:
-    """Solve the map of a snapshot, `kept` as it was sent, made from the log at `path` and then amended by hand, as the
+    """Solve the map of a snapshot, `kept` as it was sent, made from the log and then amended by hand, as the
     configuration says."""
 
     job: int
-    path: Path
+    log: LogFile
     kept: bytes
     config: SlamConfig
     edits: tuple[Edit, ...] = ()
@@ -49,7 +57,7 @@ class FindCovariances:
     and of a solved one the marginal covariances and how consistent it is."""
 
     job: int
-    path: Path
+    log: LogFile
     kept: bytes
     config: SlamConfig
     edits: tuple[Edit, ...] = ()

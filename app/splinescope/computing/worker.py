@@ -11,7 +11,6 @@ from dataclasses import replace
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from typing import Any
 
 from bspline_slam.edits.edit import Edit
@@ -22,6 +21,7 @@ from splinescope.computing.messages import (
     SENT_BEFORE,
     Failed,
     FindCovariances,
+    LogFile,
     MeasureMap,
     Message,
     ProcessLog,
@@ -67,20 +67,20 @@ class Worker:
         """Number of the process in the system; None before it was first needed."""
         return self._process.pid if self._process is not None else None
 
-    def process(self, path: Path, config: SlamConfig) -> int:
+    def process(self, log: LogFile, config: SlamConfig) -> int:
         """Ask for the whole pipeline over a log; returns the job's number. The process forgets what it got before."""
         self._sent = b""
-        return self._ask(ProcessLog(self._job + 1, path, config))
+        return self._ask(ProcessLog(self._job + 1, log, config))
 
-    def solve(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+    def solve(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         """Ask for a map with hand edits to be solved again, `kept` being what came with it before these; returns the
         job's number."""
-        return self._ask(SolveMap(self._job + 1, path, kept, config, edits))
+        return self._ask(SolveMap(self._job + 1, log, kept, config, edits))
 
-    def covariances(self, path: Path, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+    def covariances(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
         """Ask for the covariances of a map with hand edits, `kept` being what came with it before these; returns the
         job's number."""
-        return self._ask(FindCovariances(self._job + 1, path, kept, config, edits))
+        return self._ask(FindCovariances(self._job + 1, log, kept, config, edits))
 
     def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
         """Ask how far two things of a map with hand edits are apart, `kept` being what came with it before these;

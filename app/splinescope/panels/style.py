@@ -44,6 +44,7 @@ TEXTS = """
 .ss .head{display:flex;align-items:baseline;gap:8px;min-height:24px}
 .ss .head :is(b,span){overflow:hidden;text-overflow:ellipsis;white-space:nowrap}
 .ss .head b{flex:none;max-width:50%}
+.ss .head b:only-child{max-width:100%}
 .ss .head span{flex:1;text-align:right;opacity:.72}
 .ss .meter{height:3px;margin:2px 0 6px;border-radius:2px;overflow:hidden}
 .ss .meter i{display:block;height:100%;background:#0072b2}

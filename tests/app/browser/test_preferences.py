@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from bspline_slam.errors import ConfigError
 from splinescope.browser.log_view import LogView
-from splinescope.browser.preferences import FIRST_LAYERS, MOST_VIEWS, Preferences, default_path, load, save
+from splinescope.browser.preferences import FIRST_LAYERS, MOST_VIEWS, Preferences, check, default_path, load, save
 from splinescope.view import Colouring, Layer, Selection
 
 
@@ -63,3 +64,13 @@ def test_a_place_that_cannot_be_written_harms_nothing(tmp_path: Path, caplog: py
 def test_the_users_configuration_folder_is_respected(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert default_path() == tmp_path / "splinescope" / "session.json"
+
+
+def test_what_is_no_session_is_not_written_over(tmp_path: Path) -> None:
+    check(tmp_path / "new.json")
+    save(Preferences(dark=False), tmp_path / "kept.json")
+    check(tmp_path / "kept.json")
+    for name, content in (("a.log", b"FLASER 3 1 1 1"), ("a.bag", b"#ROSBAG\xff\x00"), ("b.json", b'{"poses": []}')):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ConfigError, match=f"{name} is no session of SplineScope"):
+            check(tmp_path / name)

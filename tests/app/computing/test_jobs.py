@@ -12,10 +12,11 @@ import pytest
 
 from app.estimator import Slam
 from app.inline import stand_in
-from app.logs import MemoryLog, corridor_log
+from app.logs import MemoryLog, corridor_log, file_of, write_carmen
 from bspline_slam import se2
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.errors import SolverError
+from bspline_slam.logs import open_log
 from bspline_slam.slam import SlamConfig
 from splinescope.computing import jobs
 from splinescope.computing.jobs import Jobs
@@ -27,6 +28,7 @@ from splinescope.computing.messages import (
     FindCovariances,
     Finished,
     Iterated,
+    LogFile,
     MapChanged,
     Message,
     ProcessLog,
@@ -59,7 +61,7 @@ def messages_of(*requests, cancelled=lambda: False) -> list[Message]:
 
 
 def test_processing_sends_every_step_in_order_and_then_the_whole_map(log: MemoryLog) -> None:
-    sent = messages_of(ProcessLog(1, Path("x"), SlamConfig()))
+    sent = messages_of(ProcessLog(1, file_of(log), SlamConfig()))
     steps = [step.scan for message in sent if isinstance(message, StepsDone) for step in message.steps]
     assert steps[: len(log)] == list(range(len(log)))
     assert any(isinstance(message, MapChanged) and len(message.snapshot.map) for message in sent)
@@ -70,7 +72,7 @@ def test_processing_sends_every_step_in_order_and_then_the_whole_map(log: Memory
 
 def test_a_cancelled_run_keeps_what_it_has(log: MemoryLog) -> None:
     countdown = count()
-    sent = messages_of(ProcessLog(1, Path("x"), SlamConfig()), cancelled=lambda: next(countdown) > 12)
+    sent = messages_of(ProcessLog(1, file_of(log), SlamConfig()), cancelled=lambda: next(countdown) > 12)
     assert isinstance(sent[-1], Stopped)
     assert sent[-1].snapshot is not None
     assert 0 < len(sent[-1].snapshot.poses) < len(log)
@@ -79,7 +81,7 @@ def test_a_cancelled_run_keeps_what_it_has(log: MemoryLog) -> None:
 def test_solving_sends_iterations_with_falling_cost(log: MemoryLog) -> None:
     pipeline = Slam(log)
     list(pipeline.steps())
-    sent = messages_of(SolveMap(1, Path("x"), pickle.dumps(pipeline.snapshot()), SlamConfig()))
+    sent = messages_of(SolveMap(1, file_of(log), pickle.dumps(pipeline.snapshot()), SlamConfig()))
     records = [message.record for message in sent if isinstance(message, Iterated)]
     assert records[0].index == 0
     assert isinstance(sent[-1], Finished)
@@ -90,7 +92,7 @@ def test_solving_sends_iterations_with_falling_cost(log: MemoryLog) -> None:
 
 
 def test_every_key_scan_gets_a_final_word_before_the_end(log: MemoryLog) -> None:
-    sent = messages_of(ProcessLog(1, Path("x"), SlamConfig()))
+    sent = messages_of(ProcessLog(1, file_of(log), SlamConfig()))
     assert isinstance(sent[-1], Finished)
     assert sent[-1].kept is not None
     final = {step.scan: step for message in sent if isinstance(message, StepsDone) for step in message.steps}
@@ -99,19 +101,21 @@ def test_every_key_scan_gets_a_final_word_before_the_end(log: MemoryLog) -> None
 
 
 def processed(log: MemoryLog) -> Finished:
-    done = messages_of(ProcessLog(1, Path("x"), SlamConfig()))[-1]
+    done = messages_of(ProcessLog(1, file_of(log), SlamConfig()))[-1]
     assert isinstance(done, Finished)
     return done
 
 
-def covariances_of(kept: bytes | None) -> FindCovariances:
+def covariances_of(kept: bytes | None, log: MemoryLog) -> FindCovariances:
     assert kept is not None
-    return FindCovariances(2, Path("x"), kept, SlamConfig())
+    return FindCovariances(2, file_of(log), kept, SlamConfig())
 
 
 def test_a_solved_map_is_tested_once_its_covariances_are_known(log: MemoryLog) -> None:
     done = processed(log)
-    measured, found, tested, end = [m for m in messages_of(covariances_of(done.kept)) if not isinstance(m, Progress)]
+    measured, found, tested, end = [
+        m for m in messages_of(covariances_of(done.kept, log)) if not isinstance(m, Progress)
+    ]
     assert isinstance(measured, QualityFound)
     assert isinstance(found, CovariancesFound)
     assert isinstance(tested, ConsistencyFound)
@@ -141,13 +145,13 @@ def test_the_trajectory_is_held_against_the_truth_where_there_is_one(
 def test_a_map_that_was_never_solved_has_no_covariances(log: MemoryLog) -> None:
     pipeline = Slam(log)
     list(pipeline.steps())
-    sent = messages_of(covariances_of(pickle.dumps(pipeline.snapshot())))
+    sent = messages_of(covariances_of(pickle.dumps(pipeline.snapshot()), log))
     assert [message.splines for message in sent if isinstance(message, CovariancesFound)] == [{}]
 
 
 def test_cancelled_covariances_stop(log: MemoryLog) -> None:
     kept = processed(log).kept
-    assert isinstance(messages_of(covariances_of(kept), cancelled=lambda: True)[-1], Stopped)
+    assert isinstance(messages_of(covariances_of(kept, log), cancelled=lambda: True)[-1], Stopped)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +168,7 @@ def test_what_goes_wrong_becomes_a_sentence(
         raise error
 
     monkeypatch.setattr(jobs.slam, "Slam", fail)
-    last = messages_of(ProcessLog(7, Path("x"), SlamConfig()))[-1]
+    last = messages_of(ProcessLog(7, file_of(log), SlamConfig()))[-1]
     assert isinstance(last, Failed)
     assert last.job == 7
     assert sentence in last.sentence
@@ -190,8 +194,33 @@ def test_time_left_is_told_only_when_it_is_more_than_a_guess() -> None:
 
 
 def test_a_snapshot_that_was_sent_before_need_not_be_sent_again(log: MemoryLog) -> None:
-    asked = covariances_of(processed(log).kept)
+    asked = covariances_of(processed(log).kept, log)
     first = messages_of(asked)
     twice = messages_of(asked, replace(asked, job=3, kept=SENT_BEFORE))[len(first) :]
     assert [type(message) for message in twice] == [type(message) for message in first]
     assert {message.job for message in twice} == {3}
+
+
+def test_a_log_that_changes_on_disk_is_told_and_one_that_was_read_is_gone_on_with(tmp_path: Path) -> None:
+    path, drive = tmp_path / "drive.log", corridor_log(np.random.default_rng(2), 24)
+    known = file_of(open_log(write_carmen(drive, path)))
+    sent: list[Message] = []
+    worker = Jobs(sent.append)
+
+    def said(file: LogFile) -> str:
+        worker.do(ProcessLog(1, file, SlamConfig()), lambda: True)
+        last = sent[-1]
+        return last.sentence if isinstance(last, Failed) else type(last).__name__
+
+    text = path.read_text(encoding="utf-8")
+    lines = text.splitlines(keepends=True)
+    for changed in ("".join(lines[:9]), text + lines[-1], "".join(lines[::-1])):  # cut off, appended to, replaced
+        path.write_text(changed, encoding="utf-8")
+        assert said(known) == f"drive.log: {jobs.CHANGED}"
+        assert said(file_of(open_log(path))) == "Stopped", "opened again it is read anew"
+    path.unlink()
+    assert said(known) == "drive.log: no such file or folder"
+    path.write_text(text, encoding="utf-8")
+    assert said(known) == "Stopped"
+    path.unlink()
+    assert said(known) == "Stopped", "what was read is held"

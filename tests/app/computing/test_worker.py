@@ -11,10 +11,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.logs import corridor_log, write_carmen
+from app.logs import corridor_log, file_of, write_carmen
 from app.running import COMPILING
+from bspline_slam.logs import open_log
 from bspline_slam.slam import SlamConfig
-from splinescope.computing.messages import CovariancesFound, Failed, Finished, Message, Progress, StepsDone, Stopped
+from splinescope.computing.messages import (
+    CovariancesFound,
+    Failed,
+    Finished,
+    LogFile,
+    Message,
+    Progress,
+    StepsDone,
+    Stopped,
+)
 from splinescope.computing.worker import Worker, obituary
 
 CONFIG = SlamConfig()
@@ -23,9 +33,9 @@ Until = Callable[[type[Message]], list[Message]]
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def log(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
     made = corridor_log(np.random.default_rng(4), 60)
-    return write_carmen(made, tmp_path_factory.mktemp("logs") / "corridor.log")
+    return file_of(open_log(write_carmen(made, tmp_path_factory.mktemp("logs") / "corridor.log")))
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +53,7 @@ def running() -> Iterator[tuple[Worker, Until]]:
     worker.close()
 
 
-def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Worker, Until], log: Path) -> None:
+def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Worker, Until], log: LogFile) -> None:
     worker, until = running
     job = worker.process(log, CONFIG)
     messages = until(Finished)
@@ -67,7 +77,7 @@ def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Work
     assert solved.solution is not None
 
 
-def test_a_cancelled_job_stops_and_the_next_one_is_done(running: tuple[Worker, Until], log: Path) -> None:
+def test_a_cancelled_job_stops_and_the_next_one_is_done(running: tuple[Worker, Until], log: LogFile) -> None:
     worker, until = running
     worker.process(log, CONFIG)
     worker.cancel()
@@ -77,13 +87,13 @@ def test_a_cancelled_job_stops_and_the_next_one_is_done(running: tuple[Worker, U
 
 def test_a_file_that_is_no_log_is_a_sentence(running: tuple[Worker, Until], tmp_path: Path) -> None:
     worker, until = running
-    worker.process(tmp_path / "nowhere.log", CONFIG)
+    worker.process(LogFile(tmp_path / "nowhere.log", ""), CONFIG)
     failed = until(Failed)[-1]
     assert isinstance(failed, Failed)
     assert "nowhere.log" in failed.sentence
 
 
-def test_a_killed_process_is_a_sentence_and_is_replaced(running: tuple[Worker, Until], log: Path) -> None:
+def test_a_killed_process_is_a_sentence_and_is_replaced(running: tuple[Worker, Until], log: LogFile) -> None:
     worker, until = running
     job = worker.process(log, CONFIG)
     until(Progress)
