@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test lint bench clean
+.PHONY: run test lint bench picture clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/.installed
@@ -19,6 +19,9 @@ lint: $(VENV)/.installed-dev
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python tests/bench/run_all.py $(ARGS)
+
+picture: $(VENV)/.browser
+	PYTHONPATH=tests $(BIN)/python docs/screenshot.py
 
 clean:
 	rm -rf $(VENV) build dist artefacts bench.json .pytest_cache .ruff_cache .hypothesis

@@ -43,7 +43,7 @@ def pairs(rows: Iterable[tuple[str, str]]) -> str:
     lines = (
         f'<tr><td class="dim">{escaped(name)}</td><td class="n">{escaped(value)}</td></tr>' for name, value in rows
     )
-    return f"<table>{''.join(lines)}</table>"
+    return f'<table class="pairs">{"".join(lines)}</table>'
 
 
 def explained(rows: Iterable[tuple[str, str, str]]) -> str:

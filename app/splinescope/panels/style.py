@@ -10,6 +10,8 @@ TEXTS = """
 .ss th{font-weight:600;text-align:left;padding:2px 4px;border-bottom:1px solid #8886;vertical-align:bottom}
 .ss td{padding:2px 4px;border-bottom:1px solid #8883;vertical-align:top}
 .ss td.n,.ss th.n{text-align:right}
+.ss .pairs .dim{white-space:nowrap}
+.ss .pairs .n{overflow-wrap:anywhere}
 .ss tr.open td{border:0;padding-bottom:0}
 .ss tr.lead{cursor:pointer}
 .ss tr.lead:hover td{background:#8882}

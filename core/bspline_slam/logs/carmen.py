@@ -109,7 +109,7 @@ def _no_scan(path: Path, found: CarmenIndex) -> LogError:
         return LogError(path, f"{rule}, and no other line holds a scan", number)
     if found.entries or found.parameters or found.damaged:
         return LogError(path, f"the log holds no laser scan: no line begins with {', '.join(lasers)}")
-    return LogError(path, f"this is not a laser log: no line begins with {', '.join(lasers)} or ODOM")
+    return LogError(path, f"this is not a laser log: no line begins with {lasers[0]} or another word of CARMEN logs")
 
 
 # -- poses -----------------------------------------------------------------------------------------------------
