@@ -266,7 +266,7 @@ def _settle_doubt(session: Session, right: bool) -> None:
 
 def _seek_mark(session: Session, kind: str, by: int) -> None:
     """Go to the next mark of a kind on the timeline."""
-    places = np.unique([mark.position for mark in marks(session) if mark.kind == kind])
+    places = np.unique([mark.position for mark in marks(session.findings) if mark.kind == kind])
     ahead = places[places > session.cursor] if by > 0 else places[places < session.cursor][::-1]
     if len(ahead):
         session.apply(ask.Seek(int(ahead[0])))

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from bspline_slam.association import Verdict
 from splinescope.browser.values import Mark
-
-if TYPE_CHECKING:
-    from splinescope.session import Session
+from splinescope.findings import Findings
 
 
-def marks(session: Session) -> tuple[Mark, ...]:
+def marks(findings: Findings) -> tuple[Mark, ...]:
     """Key scans and lost scans, accepted loop closures, scans that started splines of the map, whose pieces were gated
     out, and where decisions were made by hand."""
-    findings = session.findings
     steps = [step for step in findings.steps.values() if step.key or step.lost]
     loops = findings.snapshot.loop_closures if findings.snapshot is not None else ()
     born = {spline.born for spline in findings.snapshot.map} if findings.snapshot is not None else ()

@@ -192,7 +192,7 @@ class Presenter:
         sources = (findings, len(findings.steps), findings.snapshot)
         if sources != self._marks_of and now - self._mark_time >= 1.0 / MARKS_PER_SECOND:
             self._marks_of, self._mark_time = sources, now
-            self._marks = marks(self._session)
+            self._marks = marks(findings)
         return self._marks
 
     def _say(self, topic: str, value: object) -> None:

@@ -20,7 +20,8 @@ from pathlib import Path
 from bspline_slam.errors import SplineSlamError
 from bspline_slam.logs import open_log
 from splinescope import commands as ask
-from splinescope.actions import Answer, PageRequest, Perform, find
+from splinescope.actions import Answer, Perform
+from splinescope.attendant import Attendant
 from splinescope.browser import preferences as prefs
 from splinescope.browser.addresses import told_addresses
 from splinescope.browser.asker import asker
@@ -33,11 +34,9 @@ from splinescope.journals import Journals
 from splinescope.notice import Notice
 from splinescope.panels import closures, decisions, edit_lists
 from splinescope.paths import SAMPLE, find_log
-from splinescope.picking import pick, pick_box, pick_piece
 from splinescope.posted import Arrival, Barrier, Box, Click, FromEditor, Goodbye, Hello, PageMoved, Posted
 from splinescope.presenter import Presenter
 from splinescope.reception import Reception
-from splinescope.ruler import picked_from
 from splinescope.session import Session
 from splinescope.view import Selection
 
@@ -53,11 +52,8 @@ ROWS: dict[str, Callable[[int], ask.Command]] = {
 }
 """What a click on a row of a table asks for, by the name of its rows."""
 
-CLICK_PIXELS = 8.0
 KEEPING = 1.0
 """Seconds between two times that choices are written down."""
-NOT_MEASURABLE = Notice("Nothing to measure there", "Click a curve of the map, a control point or a key pose.")
-NO_PIECE = Notice("Nothing to add there", "Shift adds pieces of the segments of a key scan.")
 
 
 def view(
@@ -103,6 +99,7 @@ class Viewer:
         self._guide = Guide(self.session)
         self._presenter = Presenter(page, self.session, self._guide, self.post)
         self._reception = Reception(self.session, self._presenter)
+        self._attendant = Attendant(self.session, self._presenter, self._reception, self._guide)
         self._watchers: list[Callable[[], None]] = []
         self._told = -1
         self._kept = self.session.preferences
@@ -220,18 +217,13 @@ class Viewer:
             case Goodbye():
                 self._reception.left(item.client)
             case Perform():
-                self._perform(item.action, client)
+                self._attendant.perform(item.action, client)
             case Answer():
-                self._answer(item)
-            case Click() if self.session.editing.picking or self.session.editing.draft:
-                x, y = item.point.tolist()
-                self.session.apply(ask.PickPlace(x, y, CLICK_PIXELS * item.metres_per_pixel))
-            case Click(adds=True):
-                self._add(item)
+                self._attendant.answer(item)
             case Click():
-                self._click(item)
+                self._attendant.click(item)
             case Box():
-                self.session.apply(ask.SelectPieces(pick_box(self.session.view, item.corners)))
+                self._attendant.box(item)
             case PageMoved():
                 self._presenter.page_moved()
                 if client is not None and self._reception.is_driven_by(client):
@@ -246,35 +238,6 @@ class Viewer:
             case _:
                 self.session.apply(item)
 
-    def _click(self, click: Click) -> None:
-        session = self.session
-        found = pick(session.view, click.point, CLICK_PIXELS * click.metres_per_pixel)
-        if session.ruler is None:
-            session.apply(ask.Select(found))
-            return
-        picked = picked_from(found, session.scan_view, session.map_view, click.point)
-        if picked is None:
-            session.tell(NOT_MEASURABLE)
-        else:
-            session.apply(ask.LayRuler(picked))
-
-    def _add(self, click: Click) -> None:
-        found = pick_piece(self.session.view, click.point, CLICK_PIXELS * click.metres_per_pixel)
-        if found is not None:
-            self.session.apply(ask.TogglePiece(found))
-        else:
-            self.session.tell(NO_PIECE)
-
-    def _tour(self, name: str) -> None:
-        match name:
-            case "tour":
-                self._guide.start()
-            case "tour-end":
-                self._guide.end()
-            case _:
-                self._guide.step(-1 if name == "tour-back" else 1)
-        self.session.revision += 1
-
     def _guarded(self, work: Callable[[], None]) -> None:
         """Whatever goes wrong is told to the person and ends nothing; said once while it goes on."""
         try:
@@ -284,48 +247,6 @@ class Viewer:
             sentence = f"Something went wrong in the page ({type(error).__name__}: {error})."
             if sentence not in self.session.troubles:
                 self.session.tell(Notice("Something went wrong", sentence, bad=True))
-
-    def _perform(self, name: str, client: int | None) -> None:
-        action, session = find(name), self.session
-        if action is None:
-            logger.warning("no action is called %.80s", name)
-            return
-        refusal = action.refusal(session)
-        if refusal is not None:
-            session.tell(Notice(action.words, refusal))
-            return
-        match action.request(session):
-            case PageRequest.FIT:
-                self._presenter.fit(client)
-            case PageRequest.FIT_SCAN:
-                self._presenter.fit_scan(client)
-            case PageRequest.TOUR:
-                self._tour(name)
-            case PageRequest.TAKE_CONTROL if client is not None:
-                self._reception.drive(client)
-            case PageRequest.LINK if client is not None:
-                self._presenter.copy_link(client)
-            case PageRequest.SCRIPT | PageRequest.ASK:
-                self._presenter.perform(name, client)
-            case PageRequest():
-                logger.warning("%s concerns a page, but none has asked", name)
-            case command:
-                session.apply(command)
-
-    def _answer(self, answer: Answer) -> None:
-        """Do what has asked a question, now that it is answered."""
-        action, session = find(answer.action), self.session
-        if action is None or action.asks is None:
-            logger.warning("no question is called %.80s", answer.action)
-            return
-        refusal = action.refusal(session)
-        if refusal is not None:
-            session.tell(Notice(action.words, refusal))
-            return
-        try:
-            session.apply(action.asks.command(answer.text))
-        except SplineSlamError as error:
-            session.tell(Notice(action.words, f"{str(error)[:1].upper()}{str(error)[1:]}."))
 
     def _tell_of_changes(self) -> None:
         if self.session.revision != self._told:

@@ -710,7 +710,7 @@ def test_doubtful_decisions_are_leafed_through_found_right_or_overruled(desk: De
 def test_marks_tell_where_a_hand_decided_and_keys_lead_there(desk: Desk) -> None:
     desk.select()
     desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
-    found = {(mark.kind, mark.position) for mark in marks(desk.session)}
+    found = {(mark.kind, mark.position) for mark in marks(desk.session.findings)}
     assert ("hand", 11) in found
     assert {kind for kind, _ in found} >= {"key", "new", "hand"}
     desk.do(ask.Seek(3), ask.SeekMark("hand", 1))
