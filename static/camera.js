@@ -65,6 +65,7 @@ export function coverBottom(pixels) {
 
 /** Go nearer (factor above 1) or farther, about the middle of the view. */
 export function zoom(factor) {
+  check(); // the viewer may have new controls by now
   if (!locked) return;
   letGo();
   // From where the camera is going, not from where it is: two quick presses zoom twice.
