@@ -17,7 +17,7 @@ let touched = false; // it is where a person wants it, not where a fit has put i
 let fitted = ""; // the last fit that was asked for
 let bottom = 0; // px covered by the timeline
 let turn = 0; // rad from north up to what is up now, anticlockwise
-let glance = null; // a place to show as soon as the camera is up
+let aim = null; // a place to show; null once the camera stands there, or a person has moved it
 let timer = null;
 
 /** What this page sees: centre (m), metres per CSS pixel, size (px), turn (rad); null until the camera is up. */
@@ -66,15 +66,25 @@ export function coverBottom(pixels) {
 /** Go nearer (factor above 1) or farther, about the middle of the view. */
 export function zoom(factor) {
   check(); // the viewer may have new controls by now
-  if (!locked) return;
+  const view = viewport();
+  if (!locked || !view) return;
+  const from = aim ?? standing(view); // two quick presses zoom twice
+  const most = MAX_VIEW / view.height;
+  const metresPerPixel = Math.min(Math.max(from.metresPerPixel / factor, MIN_VIEW / view.height), most);
   letGo();
-  // From where the camera is going, not from where it is: two quick presses zoom twice.
-  const { radius } = locked.getSpherical({ copy: (end) => end });
-  locked.dollyTo(Math.min(radius / factor, viewer().configuredMaxOrbitDistance), true);
+  aim = { ...from, metresPerPixel, glide: true };
+  check();
 }
 
 function letGo() {
-  [wanted, touched] = [null, true];
+  [wanted, aim, touched] = [null, null, true];
+}
+
+// Where the camera is going, not where it is.
+function standing(view) {
+  const { radius } = locked.getSpherical({ copy: (end) => end });
+  const target = locked.getTarget({ copy: (end) => end });
+  return { x: -target.z, y: -target.x, metresPerPixel: (radius * tangent()) / view.height };
 }
 
 function lock(controls) {
@@ -129,14 +139,14 @@ function report() {
 function fit({ bounds, number }) {
   if (number === fitted) return; // said again after a lost connection
   fitted = number;
-  [wanted, glance, touched] = [bounds, null, false];
+  [wanted, aim, touched] = [bounds, null, false];
   check();
 }
 
 function look(place) {
   if (place.number === fitted) return; // said again after a lost connection
   fitted = place.number;
-  [wanted, glance, touched] = [null, place, true];
+  [wanted, aim, touched] = [null, place, true];
   check();
 }
 
@@ -155,11 +165,20 @@ function standpoint([left, low, right, high], view) {
 // connects: what was to be seen stays in sight until a person looks elsewhere.
 function keepShown(view) {
   if (!wanted) return;
-  const { x, y, metresPerPixel } = standpoint(wanted, view);
+  const place = standpoint(wanted, view);
+  if (!stands(place, view)) stand(place, view, true);
+}
+
+// A glide may be cut short by the viewer, for one when it renders its controls anew: it is begun again until it ends.
+function keepAiming(view) {
+  if (!aim) return;
+  if (stands(aim, view)) aim = null;
+  else stand(aim, view, aim.glide);
+}
+
+function stands({ x, y, metresPerPixel }, view) {
   const away = Math.hypot(x - view.x, y - view.y) / metresPerPixel;
-  const scaled = Math.abs(Math.log(view.metresPerPixel / metresPerPixel));
-  if (away < 0.5 && scaled < 0.001) return;
-  stand({ x, y, metresPerPixel }, view, true);
+  return away < 0.5 && Math.abs(Math.log(view.metresPerPixel / metresPerPixel)) < 0.001;
 }
 
 function stand({ x, y, metresPerPixel }, view, glide) {
@@ -172,11 +191,10 @@ function keepTurned(view) {
   const { up } = viewer().camera;
   const [x, y, z] = [-Math.cos(turn), 0, Math.sin(turn)];
   if (Math.hypot(up.x - x, up.y - y, up.z - z) < 1e-9) return;
-  const { radius } = locked.getSpherical({ copy: (end) => end }); // where it is going, as in zoom
-  const target = locked.getTarget({ copy: (end) => end });
+  const place = standing(view);
   up.set(x, y, z);
   locked.updateCameraUp();
-  stand({ x: -target.z, y: -target.x, metresPerPixel: (radius * tangent()) / view.height }, view, false);
+  stand(place, view, false);
 }
 
 function tangent() {
@@ -201,8 +219,7 @@ function check() {
     timer ??= setTimeout(report, 80);
   }
   keepTurned(viewport());
-  if (glance) stand(glance, viewport(), glance.glide);
-  glance = null;
+  keepAiming(viewport());
   keepShown(viewport());
   changed();
 }
