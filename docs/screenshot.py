@@ -5,9 +5,9 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-import chromium
 from playwright.sync_api import Page, sync_playwright
 
+import chromium
 from splinescope import commands as ask
 from splinescope.api import Workbench, open_workbench
 from splinescope.browser.preferences import Preferences, save
