@@ -34,12 +34,15 @@ def laser_findings(noise: LaserNoise, chi2_per_dof: float | None, calibration: L
     return [*_corrections(calibration), _range_noise(noise), *spread, _fit(chi2_per_dof)]
 
 
-def odometry_findings(bias: OdometryBias | None, has_odometry: bool, unfit: Sequence[int] = ()) -> list[Finding]:
-    """The bias of odometry and its lag, after where it was not believed (scans by index); one sentence where there is
-    nothing to tell."""
+def odometry_findings(
+    bias: OdometryBias | None, has_odometry: bool, unfit: Sequence[int] = (), untold: Sequence[int] = ()
+) -> list[Finding]:
+    """The bias of odometry and its lag, after where it was not believed and where nothing tells the way (scans by
+    index); one sentence where there is nothing to tell."""
+    open_ways = [Finding("", "", open_in_words(untold))] if untold else []
     if not has_odometry:
-        return [Finding("", "", "This log has no odometry.")]
-    disbelieved = [Finding("", "", unfit_in_words(unfit))] if unfit else []
+        return [Finding("", "", "This log has no odometry."), *open_ways]
+    disbelieved = [*([Finding("", "", unfit_in_words(unfit))] if unfit else []), *open_ways]
     if bias is None:
         return disbelieved or [Finding("", "", "The robot moved too little to tell how odometry errs.")]
     return [
@@ -58,6 +61,15 @@ def unfit_in_words(unfit: Sequence[int]) -> str:
     return (
         f"Odometry does not tell of the motion that the scans show: at {count} it was not believed, and beams alone "
         f"said where the robot is ({listed(unfit)})."
+    )
+
+
+def open_in_words(scans: Sequence[int]) -> str:
+    """A sentence on the key scans that nothing told the way to in every direction (indices of the log, increasing)."""
+    count = "1 key scan" if len(scans) == 1 else f"{len(scans):,} key scans"
+    return (
+        f"Neither beams nor odometry tell how far the robot went in some direction before {count}: the map may be too "
+        f"long or too short there, as covariances say ({listed(scans)})."
     )
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from bspline_slam.calibration.laser import LaserCalibration
 from bspline_slam.calibration.odometry import OdometryBias, odometry_bias
+from bspline_slam.calibration.open_steps import open_steps
 from bspline_slam.lab.crispness import CRISP, Crispness
 from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.stretches import Stretches
@@ -39,8 +40,8 @@ class LaserNoise:
 class Quality:
     """How near beams end to the map; `histogram` counts the residuals between EDGES, `stretches` tell them along the
     curves, `moves` how far (m, rad) each loop closure is from the map, `calibration` what beams were corrected by.
-    `odometry` and `chi2_per_dof` are None where
-    nothing tells them."""
+    `odometry` and `chi2_per_dof` are None where nothing tells them; `untold` are the key scans that nothing told the
+    way to in every direction."""
 
     crispness: Crispness
     histogram: Int[np.ndarray, "bins"]
@@ -50,6 +51,7 @@ class Quality:
     calibration: LaserCalibration
     odometry: OdometryBias | None
     chi2_per_dof: float | None
+    untold: tuple[int, ...]
 
 
 def quality_of(log: ScanLog, snapshot: Snapshot, config: SlamConfig) -> Quality:
@@ -64,4 +66,5 @@ def quality_of(log: ScanLog, snapshot: Snapshot, config: SlamConfig) -> Quality:
         calibration=snapshot.laser,
         odometry=odometry_bias(log.records, snapshot.poses),
         chi2_per_dof=None if estimate is None or estimate.dof <= 0 else float(estimate.chi2 / estimate.dof),
+        untold=open_steps(snapshot.pose_factors, snapshot.key_scans),
     )

@@ -48,6 +48,10 @@ def test_what_is_not_known_is_said() -> None:
     assert "no odometry" in odometry_findings(None, False)[0].sentence
     assert "too little" in odometry_findings(None, True)[0].sentence
     assert "at 3 scans it was not believed" in odometry_findings(None, True, [4, 5, 6])[0].sentence
+    for has_odometry in (False, True):
+        told = odometry_findings(None, has_odometry, untold=[7, 9])[-1].sentence
+        assert "before 2 key scans" in told
+        assert "7, 9" in told
     unknown = laser_findings(LaserNoise(0.012, None, None), None, LaserCalibration())
     assert [finding.value for finding in unknown] == ["", "12.0 mm configured", "–"]
 

@@ -32,7 +32,7 @@ def test_words_tell_the_count_and_what_was_done_instead() -> None:
 def test_the_end_of_a_run_tells_of_lost_scans_only_where_there_are_some() -> None:
     counts = {"scans": 9, "key_scans": 3, "splines": 2, "control_points": 12, "loop_closures": {"accepted": 0}}
     told = {"counts": counts, "log": {"odometry": True}, "seconds_total": 1.0, "peak_memory_mb": 9.0}
-    told["odometry_unfit_scans"] = []
+    told |= {"odometry_unfit_scans": [], "open_scans": []}
     assert "lost" not in summary_text(told | {"lost_scans": []}, Path("out"))
     assert "2 scans were lost" in summary_text(told | {"lost_scans": [4, 5]}, Path("out"))
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from bspline_slam.backends.protocol import Estimate
 from bspline_slam.calibration.odometry import odometry_bias
+from bspline_slam.calibration.open_steps import open_steps
 from bspline_slam.config import config_to_dict
 from bspline_slam.lab.residuals import BeamResiduals
 from bspline_slam.lab.twin_laser import TwinLaser
@@ -23,8 +24,8 @@ PACKAGES = ("splinescope", "numpy", "scipy", "numba", "gtsam", "kiss-icp", "rosb
 
 
 def report(log: ScanLog, config: SlamConfig, result: SlamResult, seconds: dict[str, float]) -> dict[str, Any]:
-    """Configuration, counts, lost scans and those whose odometry was not believed, fit, calibration, wall times by
-    stage and processor time of all (s), memory (MB) of one run over `log`."""
+    """Configuration, counts, scans that were lost, whose odometry was not believed, and that nothing told the way to,
+    fit, calibration, wall times by stage and processor time of all (s), memory (MB) of one run over `log`."""
     snapshot = result.snapshot
     return {
         "format": "splinescope-report",
@@ -34,6 +35,7 @@ def report(log: ScanLog, config: SlamConfig, result: SlamResult, seconds: dict[s
         "counts": _counts(snapshot),
         "lost_scans": list(result.lost),
         "odometry_unfit_scans": list(result.unfit),
+        "open_scans": list(open_steps(snapshot.pose_factors, snapshot.key_scans)),
         **(_fit(snapshot.estimate) if snapshot.estimate else {}),
         "odometry": _odometry(log, snapshot),
         "laser_calibration": snapshot.laser.to_dict(),

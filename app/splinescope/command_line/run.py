@@ -19,7 +19,7 @@ from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names, marginals, run_slam
 from splinescope.activity import STAGES
-from splinescope.calibration_text import unfit_in_words
+from splinescope.calibration_text import open_in_words, unfit_in_words
 from splinescope.command_line.preparing import prepare
 from splinescope.command_line.replay import check_log, journal_of, replayed
 from splinescope.command_line.report import report
@@ -128,11 +128,12 @@ def summary_text(summary: dict[str, Any], out: Path) -> str:
     fit = f", χ²/dof {summary['chi2_per_dof']:.2f}" if summary.get("chi2_per_dof") else ""
     lost = lost_in_words(summary["lost_scans"], summary["log"]["odometry"]) + "\n" if summary["lost_scans"] else ""
     unfit = unfit_in_words(summary["odometry_unfit_scans"]) + "\n" if summary["odometry_unfit_scans"] else ""
+    untold = open_in_words(summary["open_scans"]) + "\n" if summary["open_scans"] else ""
     return (
         f"{counts['scans']} scans, {counts['key_scans']} of them in the map: {counts['splines']} splines, "
         f"{counts['control_points']} control points, {counts['loop_closures']['accepted']} loop closures{fit}; "
         f"{summary['seconds_total']:.1f} s, {summary['peak_memory_mb']:.0f} MB\n"
-        f"{lost}{unfit}{edits}"
+        f"{lost}{unfit}{untold}{edits}"
         f"{out}/ trajectory.tum  map.json  map.svg  report.json"
     )
 

@@ -31,7 +31,7 @@ def calibration(session: Session) -> list[str]:
         return [table.paragraph(UNMEASURED, "dim")]
     laser = laser_findings(quality.laser, quality.chi2_per_dof, quality.calibration)
     unfit = sorted(step.scan for step in session.findings.steps.values() if step.unfit)
-    wheels = odometry_findings(quality.odometry, log.odometry is not None, unfit)
+    wheels = odometry_findings(quality.odometry, log.odometry is not None, unfit, quality.untold)
     return [
         table.heading("The laser, as the residuals tell it"),
         table.explained(laser),
