@@ -217,13 +217,17 @@ def _told_by_splines(count: int, sights: Sights, counted: CountedBeams) -> Float
 
 def with_estimate(splines: SplineMap, estimate: Estimate) -> SplineMap:
     """The map with the control points of an estimate; splines that were not in the graph are gone."""
-    graph = estimate.graph
+    return with_control_points(splines, estimate.graph, estimate.control_points)
+
+
+def with_control_points(splines: SplineMap, graph: Graph, control_points: Float[np.ndarray, "N 2"]) -> SplineMap:
+    """The map with the control points of a graph; splines that are not in the graph are gone."""
     by_id = {spline.id: spline for spline in splines}
     out = []
     for k, spline_id in enumerate(graph.spline_ids):
         spline = by_id[int(spline_id)]
         a, b = graph.spline_first[k], graph.spline_first[k + 1]
-        out.append(replace(spline, curve=spline.curve.with_control_points(estimate.control_points[a:b])))
+        out.append(replace(spline, curve=spline.curve.with_control_points(control_points[a:b])))
     return SplineMap(tuple(out))
 
 

@@ -1,4 +1,4 @@
-"""The least-squares problem that edits leave: that of the result, with the factors of what they changed exchanged.
+"""The least-squares problem that edits leave: that of the ground, with the factors of what they changed exchanged.
 
 A unit is all that one key scan says of one spline. Units that edits changed are linearised where the map is now, and
 so are those that have moved far from where they were; all others keep their factors.
@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
-from bspline_slam import se2
 from bspline_slam.adjustment.adjust import build_graph
 from bspline_slam.association import Association
+from bspline_slam.backends.gauss_newton import State
 from bspline_slam.edits.decisions import Decisions
-from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.ground import Ground, middles
 from bspline_slam.edits.loop_edits import pins
 from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.graph import Graph, PoseFactor, ShapePrior, SplineFactor
@@ -103,22 +103,6 @@ def _concerned(decisions: Decisions, changes: Changes) -> Iterator[tuple[int, Ke
         yield number, replace(key, associations=chosen)
 
 
-def moved_units(ground: Ground, decisions: Decisions, changes: Changes) -> set[Unit]:
-    """The units among those that kept their factors whose pose and spline moved far against each other."""
-    graph, then = ground.estimate.graph, ground.estimate.control_points
-    factors, here = FlatFactors.of(graph.spline_factors), np.full_like(then, np.nan)
-    now = {spline.id: spline.curve.control_points for spline in decisions.splines if spline.id not in changes.drawn}
-    for spline, a, b in zip(graph.spline_ids.tolist(), graph.spline_first, graph.spline_first[1:], strict=False):
-        if spline in now:
-            here[a:b] = now[spline]
-    middle, pose = factors.first + factors.size[:, 1] // 2, factors.pose
-    seen_then = se2.transform(se2.inverse(ground.estimate.poses[pose]), then[middle])
-    seen_now = se2.transform(se2.inverse(decisions.poses[pose]), here[middle])
-    far = (factors.readings > 0) & (np.linalg.norm(seen_now - seen_then, axis=1) > FAR)
-    owner = owners(graph, factors.first[far])
-    return set(zip(pose[far].tolist(), owner.tolist(), strict=True))
-
-
 def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
     """Whether beams are held to a spline however far they lie from it: the robust weight of these changes with every
     step, so that they have to be linearised again and again."""
@@ -129,32 +113,60 @@ def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
     )
 
 
-def changed_graph(ground: Ground, decisions: Decisions, changes: Changes, new: Graph) -> Graph:
-    """The problem with the factors of the changes exchanged for those of `new`, at the present poses and curves."""
-    old, drawn = ground.estimate.graph, changes.drawn
-    was, told = FlatFactors.of(old.spline_factors), FlatFactors.of(new.spline_factors)
-    whose, of_whom = owners(old, was.first), owners(new, told.first)
-    stay = ~np.isin(whose, list(drawn)) & ~((was.readings > 0) & _of_units(was.pose, whose, changes.units))
-    come = (told.readings > 0) | np.isin(of_whom, list(drawn))
-    bends = [
-        *(term for term in on_splines(old, old.shape_priors) if term[0] not in drawn),
-        *(term for term in on_splines(new, new.shape_priors) if term[0] in drawn),
-    ]
-    observed = {*whose[stay & (was.readings > 0)].tolist(), *of_whom[come & (told.readings > 0)].tolist()}
-    splines = [spline for spline in decisions.splines if spline.id in observed]
-    offsets = np.cumsum([0, *(len(spline.curve.control_points) for spline in splines)]).astype(np.int64)
-    places = {spline.id: offset for spline, offset in zip(splines, offsets.tolist(), strict=False)}
-    return Graph(
-        key_scans=old.key_scans,
-        poses=decisions.poses,
-        spline_ids=np.array([spline.id for spline in splines], dtype=np.int64),
-        spline_first=offsets,
-        control_points=np.concatenate([np.zeros((0, 2)), *(spline.curve.control_points for spline in splines)]),
-        spline_factors=FlatFactors.joined([_moved(old, was, stay, places), _moved(new, told, come, places)]),
-        pose_factors=pose_factors(ground, decisions),
-        pose_priors=(*old.pose_priors, *pins(decisions, ground.config.adjustment.anchor)),
-        shape_priors=(*_placed(bends, places), *pinned(decisions, places)),
-    )
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """A graph, and where the middle control point of each of its spline factors lay, seen from its pose, when that was
+    linearised."""
+
+    graph: Graph
+    seen: Float[np.ndarray, "f 2"]
+
+    @classmethod
+    def of(cls, ground: Ground, decisions: Decisions, changes: Changes, new: Graph) -> Problem:
+        """That of the ground with the factors of the changes exchanged for those of `new`, which is linearised where
+        the decisions are now."""
+        old, drawn = ground.estimate.graph, changes.drawn
+        was, told = FlatFactors.of(old.spline_factors), FlatFactors.of(new.spline_factors)
+        whose, of_whom = owners(old, was.first), owners(new, told.first)
+        stay = ~np.isin(whose, list(drawn)) & ~((was.readings > 0) & whose_units(was.pose, whose, changes.units))
+        come = (told.readings > 0) | np.isin(of_whom, list(drawn))
+        observed = {*whose[stay & (was.readings > 0)].tolist(), *of_whom[come & (told.readings > 0)].tolist()}
+        splines = [spline for spline in decisions.splines if spline.id in observed]
+        offsets = np.cumsum([0, *(len(spline.curve.control_points) for spline in splines)]).astype(np.int64)
+        places = {spline.id: offset for spline, offset in zip(splines, offsets.tolist(), strict=False)}
+        stay &= np.isin(whose, list(places))
+        come &= np.isin(of_whom, list(places))
+        bends = [
+            *(term for term in on_splines(old, bends_of(ground)) if term[0] not in drawn),
+            *(term for term in on_splines(new, new.shape_priors) if term[0] in drawn),
+        ]
+        graph = Graph(
+            key_scans=old.key_scans,
+            poses=decisions.poses,
+            spline_ids=np.array([spline.id for spline in splines], dtype=np.int64),
+            spline_first=offsets,
+            control_points=np.concatenate([np.zeros((0, 2)), *(spline.curve.control_points for spline in splines)]),
+            spline_factors=FlatFactors.joined([moved_to(old, was, stay, places), moved_to(new, told, come, places)]),
+            pose_factors=pose_factors(ground, decisions),
+            pose_priors=(old.pose_priors[0], *pins(decisions, ground.config.adjustment.anchor)),
+            shape_priors=(*placed(bends, places), *pinned(decisions, places)),
+        )
+        here = middles(told.chosen(come), decisions.poses, new.control_points)
+        return cls(graph, np.concatenate([ground.seen[stay], here]))
+
+    def moved_units(self, state: State) -> set[Unit]:
+        """The units whose pose and spline have moved far against each other since they were linearised."""
+        factors = FlatFactors.of(self.graph.spline_factors)
+        moved = np.linalg.norm(middles(factors, state.poses, state.control_points) - self.seen, axis=1)
+        far = (factors.readings > 0) & (moved > FAR)
+        return set(zip(factors.pose[far].tolist(), owners(self.graph, factors.first[far]).tolist(), strict=True))
+
+
+def bends_of(ground: Ground) -> Sequence[ShapePrior]:
+    """The shape priors of the ground's problem without those that hold pinned splines, which come last."""
+    priors = ground.estimate.graph.shape_priors
+    held = np.isin(ground.estimate.graph.spline_ids, list(ground.decisions.spline_pins)).sum()
+    return priors[: len(priors) - int(held)]
 
 
 def owners(graph: Graph, first: Int[np.ndarray, "f"]) -> Int[np.ndarray, "f"]:
@@ -162,7 +174,7 @@ def owners(graph: Graph, first: Int[np.ndarray, "f"]) -> Int[np.ndarray, "f"]:
     return graph.spline_ids[np.searchsorted(graph.spline_first, first, side="right") - 1]
 
 
-def _of_units(
+def whose_units(
     poses: Int[np.ndarray, "f"], splines: Int[np.ndarray, "f"], units: frozenset[Unit]
 ) -> Bool[np.ndarray, "f"]:
     """Which factors, by pose and spline, are of one of the units."""
@@ -170,10 +182,11 @@ def _of_units(
     return np.isin(poses << 32 | splines, named[:, 0] << 32 | named[:, 1])
 
 
-def _moved(graph: Graph, factors: FlatFactors, which: Bool[np.ndarray, "f"], places: Mapping[int, int]) -> FlatFactors:
-    """Those factors of a graph, on the control points of another one, where `places` tell where each spline begins;
-    those of splines that are not there are left out."""
-    kept = factors.chosen(which & np.isin(owners(graph, factors.first), list(places)))
+def moved_to(
+    graph: Graph, factors: FlatFactors, which: Bool[np.ndarray, "f"], places: Mapping[int, int]
+) -> FlatFactors:
+    """Those factors of a graph, on the control points of another one, where `places` tell where each spline begins."""
+    kept = factors.chosen(which)
     by = {spline: places[spline] - first for spline, first in _begins(graph) if spline in places}
     moves = np.array([by[spline] for spline in owners(graph, kept.first).tolist()], dtype=np.int64)
     return replace(kept, first=kept.first + moves)
@@ -196,7 +209,7 @@ def on_splines(graph: Graph, terms: Sequence[OnSpline]) -> Iterator[tuple[int, i
     yield from zip(ids.tolist(), local.tolist(), terms, strict=True)
 
 
-def _placed(terms: Iterable[tuple[int, int, OnSpline]], places: Mapping[int, int]) -> Iterator[OnSpline]:
+def placed(terms: Iterable[tuple[int, int, OnSpline]], places: Mapping[int, int]) -> Iterator[OnSpline]:
     """The terms on the control points of another graph; those of splines that are not in it are left out."""
     for spline, local, term in terms:
         if spline in places:

@@ -17,15 +17,13 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_array
 
-from bspline_slam import se2
 from bspline_slam.backends.direct import FullProblem, LinearisedBlocks
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
 from bspline_slam.backends.sparse_cholesky import Factor
-from bspline_slam.backends.statistics import measures
 from bspline_slam.edits.decisions import Decisions
-from bspline_slam.edits.exchange import Exchange, Unknowns, put_in, taken_out
+from bspline_slam.edits.exchange import put_in, taken_out
 from bspline_slam.edits.ground import Ground
-from bspline_slam.edits.problem import Changes, held_by_hand, on_splines
+from bspline_slam.edits.problem import Changes, held_by_hand
 from bspline_slam.errors import SolverError
 from bspline_slam.spline_map import SplineMap
 
@@ -44,8 +42,7 @@ UNMOVED = 1e-6
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Footing:
-    """A solved problem made ready for quick answers: cost, gradient and Cholesky factor at its optimum, and which of
-    its factors measure which spline."""
+    """A solved problem made ready for quick answers: cost, gradient and Cholesky factor at its optimum."""
 
     ground: Ground
     problem: FullProblem
@@ -53,20 +50,14 @@ class Footing:
     cost: float
     gradient: Float[np.ndarray, "o"]
     factor: Factor
-    measuring: Mapping[int, tuple[int, ...]]
 
     @classmethod
     def of(cls, ground: Ground) -> Footing:
         """Factorise the problem of a ground at its estimate."""
-        graph = ground.estimate.graph
-        problem, state = FullProblem.from_graph(graph), State(ground.estimate.poses, ground.estimate.control_points)
-        measuring: dict[int, list[int]] = {}
-        for k, (spline, _, factor) in enumerate(on_splines(graph, graph.spline_factors)):
-            if measures(factor):
-                measuring.setdefault(spline, []).append(k)
-        found = {spline: tuple(numbers) for spline, numbers in measuring.items()}
+        problem = FullProblem.from_graph(ground.estimate.graph)
+        state = State(ground.estimate.poses, ground.estimate.control_points)
         system = problem.linearise(state)
-        return cls(ground, problem, state, problem.cost(state), _flat(system.blocks.gradient), _factor(system), found)
+        return cls(ground, problem, state, problem.cost(state), _flat(system.blocks.gradient), _factor(system))
 
     def gradient_at(self, state: State) -> Float[np.ndarray, "o"]:
         """The gradient of the cost at some state."""
@@ -106,29 +97,31 @@ def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None
     ground, start = footing.ground, footing.state
     changes = Changes.of(ground, decisions)
     places, drawn = _places(footing, decisions, changes)
-    before = taken_out(ground, decisions, changes, footing.measuring)
     curves = [decisions.splines[spline].curve.control_points for spline in drawn]
-    unknowns = (start.poses, np.concatenate([start.control_points, *curves]))
+    here = State(start.poses, np.concatenate([start.control_points, *curves]))
+    old, count = len(start.control_points), len(here.control_points)
+    before = taken_out(ground, footing.problem, decisions, changes, count)
+    after = put_in(ground, decisions, changes, places, count)
     state, steps, number, at_rest, before_move = start, 0, 0, False, 0.0
-    held, after = held_by_hand(decisions, changes), put_in(ground, decisions, changes, places)
-    void = Exchange.of(before, unknowns).matrix
+    held, void = held_by_hand(decisions, changes), before.linearised(here)
+    matrix = void.matrix
     found: Answer | None = None
     while not at_rest and number < MOST_ROUNDS:
         number += 1
-        after = put_in(ground, decisions, changes, places) if held and number > 1 else after
-        brought = Exchange.of(after, unknowns)
-        gradient = brought.gradient + Exchange.of(before, unknowns).gradient
-        gradient[: len(footing.gradient)] += footing.gradient_at(state)
-        x, taken = _solved(footing.factor, void + brought.matrix, gradient, len(footing.gradient))
-        unknowns, steps = _moved(unknowns, x), steps + taken
-        decisions = _at(decisions, unknowns, places)
+        after = put_in(ground, decisions, changes, places, count) if held and number > 1 else after
+        brought, void = after.linearised(here, convex=True), void if number == 1 else before.linearised(here)
+        gradient = brought.gradient - void.gradient
+        gradient[: 3 * len(start.poses) + 2 * old] += footing.gradient_at(state)
+        x, taken = _solved(footing.factor, csr_array(brought.matrix - matrix), gradient, len(footing.gradient))
+        here, steps = _moved(here, x), steps + taken
+        decisions = _at(decisions, here, places)
         move = float(np.abs(x[: start.poses.size]).max(initial=0.0))
         at_rest, before_move = _rests(move, before_move), move
-        state = State(unknowns[0], unknowns[1][: len(start.control_points)])
-        change = footing.problem.cost(state) + sum(one.cost(unknowns) for one in (*before, *after)) - footing.cost
+        state = State(here.poses, here.control_points[:old])
+        change = footing.problem.cost(state) - before.cost(here) + after.cost(here) - footing.cost
         if found is not None and change > found.cost_change + CLIMB * (1.0 + abs(found.cost_change)):
             return found
-        farthest = float(np.linalg.norm((unknowns[0] - start.poses)[:, :2], axis=1).max(initial=0.0))
+        farthest = float(np.linalg.norm((here.poses - start.poses)[:, :2], axis=1).max(initial=0.0))
         found = Answer(decisions, float(change), farthest, number, steps, at_rest)
         tell(found)
     assert found is not None
@@ -151,24 +144,21 @@ def _places(footing: Footing, decisions: Decisions, changes: Changes) -> tuple[d
     return places, drawn
 
 
-def _moved(unknowns: Unknowns, x: Float[np.ndarray, "u"]) -> Unknowns:
-    """The unknowns after a step, angles wrapped."""
-    poses, points = unknowns
-    moved = poses + x[: poses.size].reshape(-1, 3)
-    moved[:, 2] = se2.wrap(moved[:, 2])
-    return moved, points + x[poses.size :].reshape(-1, 2)
+def _moved(state: State, x: Float[np.ndarray, "u"]) -> State:
+    """The state after a step, angles wrapped."""
+    split = state.poses.size
+    return state.moved(State(x[:split].reshape(-1, 3), x[split:].reshape(-1, 2)))
 
 
-def _at(decisions: Decisions, unknowns: Unknowns, places: Mapping[int, int]) -> Decisions:
+def _at(decisions: Decisions, state: State, places: Mapping[int, int]) -> Decisions:
     """The decisions with these poses and curves."""
-    poses, points = unknowns
     splines = []
     for spline in decisions.splines:
         first, was = places[spline.id], spline.curve.control_points
-        now = points[first : first + len(was)]
+        now = state.control_points[first : first + len(was)]
         still = np.abs(now - was).max() < UNMOVED
         splines.append(spline if still else replace(spline, curve=spline.curve.with_control_points(now)))
-    return replace(decisions, poses=poses, splines=SplineMap(tuple(splines)))
+    return replace(decisions, poses=state.poses, splines=SplineMap(tuple(splines)))
 
 
 def _solved(

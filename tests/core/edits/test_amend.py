@@ -10,7 +10,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.association import Association, Verdict
-from bspline_slam.edits.amend import AT_REST, Amended, amended, decide, goes_on, solved_again
+from bspline_slam.edits.amend import amended, solved_again
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
@@ -29,7 +29,10 @@ from bspline_slam.edits.edit import (
 )
 from bspline_slam.edits.explain import Fate, explain
 from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.making import decided
 from bspline_slam.edits.piece_edits import rms_across
+from bspline_slam.edits.settling import AT_REST, goes_on
+from bspline_slam.edits.states import Amended
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.logs import open_log
 from bspline_slam.slam import Slam, SlamConfig, Snapshot, run_slam
@@ -241,8 +244,8 @@ def test_a_spline_that_is_drawn_anew_is_pinned_no_longer(base: Snapshot, config:
     spline = base.map.splines[0]
     x, y = spline.curve(np.array([np.mean(spline.span)]))[0].tolist()
     pin, split = PinSpline.at(spline.id, spline.curve, spline.span), SplitSpline(spline.id, (x, y), MADE)
-    assert decide(ground, base, (pin,))[1].spline_pins.keys() == {spline.id}
-    assert not decide(ground, base, (pin, split))[1].spline_pins
+    assert decided(ground, ground.decisions, (pin,))[0].spline_pins.keys() == {spline.id}
+    assert not decided(ground, ground.decisions, (pin, split))[0].spline_pins
     result = made(base, config, pin, split)
     pinned, parted = explain(base, result.snapshot, (pin, split), result.skipped, config).outcomes
     assert (pinned.fate, parted.fate) == (Fate.OUTVOTED, Fate.FOLLOWED)

@@ -9,7 +9,7 @@ from bspline_slam import se2
 from bspline_slam.association import Association
 from bspline_slam.backends import back_end
 from bspline_slam.backends.protocol import Estimate
-from bspline_slam.edits.amend import amended, decide
+from bspline_slam.edits.amend import amended
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
     CloseLoop,
@@ -25,7 +25,8 @@ from bspline_slam.edits.edit import (
 )
 from bspline_slam.edits.explain import costs
 from bspline_slam.edits.ground import Ground
-from bspline_slam.edits.problem import Changes, changed_graph, linearised
+from bspline_slam.edits.making import decided
+from bspline_slam.edits.problem import Changes, Problem, linearised
 from bspline_slam.edits.quick import Answer, Footing, answer
 from bspline_slam.slam import SlamConfig, Snapshot
 
@@ -72,14 +73,14 @@ def test_the_quick_answer_is_the_optimum_of_the_exchanged_problem(
     base: Snapshot, piece: Association, ground: Ground, footing: Footing, kind: str
 ) -> None:
     told: list[Answer] = []
-    _, decisions, skipped = decide(ground, base, edits_of(base, piece)[kind])
+    decisions, skipped = decided(ground, ground.decisions, edits_of(base, piece)[kind])
     assert skipped == (None,)
     quick = answer(footing, decisions, told.append)
     assert told[-1] is quick
     assert quick.at_rest
     changes = Changes.of(ground, decisions)
-    graph = changed_graph(ground, decisions, changes, linearised(ground, decisions, changes))
-    exact = back_end("direct").solve(graph)
+    problem = Problem.of(ground, decisions, changes, linearised(ground, decisions, changes))
+    exact = back_end("direct").solve(problem.graph)
     assert max(standard_deviations(exact, quick.decisions.poses)) < 0.1
     change = sum(costs(exact).values()) - sum(costs(ground.estimate).values())
     assert quick.cost_change == pytest.approx(change, abs=4.0)  # gauges of curves drawn anew are no longer there
@@ -90,8 +91,8 @@ def test_what_a_person_holds_comes_near_the_exact_result(
     base: Snapshot, config: SlamConfig, piece: Association, ground: Ground, footing: Footing, kind: str
 ) -> None:
     edits = edits_of(base, piece)[kind]
-    quick = answer(footing, decide(ground, base, edits)[1])
-    exact = amended(base, edits, config, ground=ground)
+    quick = answer(footing, decided(ground, ground.decisions, edits)[0])
+    exact = amended(base, edits, config)
     after = np.array([step.pose for step in exact.snapshot.steps])
     np.testing.assert_allclose(quick.decisions.poses, after, atol=0.02)
     assert {s.id for s in exact.snapshot.map} <= {s.id for s in quick.decisions.splines}
@@ -102,7 +103,7 @@ def test_what_says_less_costs_less_and_a_pin_elsewhere_costs_more(
 ) -> None:
     edits = edits_of(base, piece)
     change = {
-        kind: answer(footing, decide(ground, base, edits[kind])[1]).cost_change for kind in ("ignore", "pin pose")
+        kind: answer(footing, decided(ground, ground.decisions, edits[kind])[0]).cost_change for kind in ("ignore", "pin pose")
     }
     assert change["ignore"] < 0 < change["pin pose"]
 
