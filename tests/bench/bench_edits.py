@@ -14,7 +14,7 @@ from time import process_time
 import numpy as np
 
 from bench.recordings import largest_recording
-from bspline_slam.edits.amend import amended, edited
+from bspline_slam.edits.amend import amended
 from bspline_slam.edits.edit import (
     FIRST_MADE_BY_HAND,
     Edit,
@@ -27,6 +27,7 @@ from bspline_slam.edits.edit import (
     SplitSpline,
 )
 from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.making import edited
 from bspline_slam.edits.quick import Answer, Footing, answer
 from bspline_slam.errors import EditError
 from bspline_slam.logs import open_log

@@ -47,6 +47,12 @@ class FullProblem:
             pattern = fill_splines(pattern, graph.spline_first)
         return cls(curves, edges, pattern, Analysis.from_pattern(pattern, len(graph.poses)))
 
+    @classmethod
+    def of(cls, curves: CurveTerms, edges: EdgeTerms, state: State) -> FullProblem:
+        """Analyse the pattern of terms over the unknowns of a state."""
+        pattern = find_pattern(curves, edges, len(state.control_points))
+        return cls(curves, edges, pattern, Analysis.from_pattern(pattern, len(state.poses)))
+
     def cost(self, state: State) -> float:
         """½ Σ ρ(‖e‖²)."""
         return 0.5 * (self.curves.cost(state.poses, state.control_points) + self.edges.cost(state.poses)[0])
@@ -64,12 +70,15 @@ class LinearisedBlocks:
 
     def step(self, damping: float) -> State:
         """Newton's step where that leads downhill, else that of Gauss and Newton, which alone is damped."""
-        if damping == 0.0:
-            try:
-                return self.analysis.factorise(self.blocks.newton()).step(self.blocks.gradient)
-            except SolverError:
-                pass
-        return self.factorise(damping).step(self.blocks.gradient)
+        factor = self.newton() if damping == 0.0 else self.factorise(damping)
+        return factor.step(self.blocks.gradient)
+
+    def newton(self) -> Factor:
+        """Factor of Newton's matrix, or of that of Gauss and Newton where that is none of a minimum."""
+        try:
+            return self.analysis.factorise(self.blocks.newton())
+        except SolverError:
+            return self.factorise()
 
     def factorise(self, damping: float = 0.0) -> Factor:
         return self.analysis.factorise(self.blocks, damping)

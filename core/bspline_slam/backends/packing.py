@@ -12,6 +12,7 @@ from bspline_slam import se2
 from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.graph import Graph, ShapePrior
 from bspline_slam.kernels import linearise
+from bspline_slam.kernels import squares as kernels
 
 WORLD = -1
 """The observer of a term that is seen from the world frame: shape priors and pose priors."""
@@ -51,6 +52,17 @@ class CurveTerms:
         )
 
 
+    def squares(
+        self, poses: Float[np.ndarray, "n 3"], control_points: Float[np.ndarray, "N 2"]
+    ) -> Float[np.ndarray, "f"]:
+        """‖e‖² of each term."""
+        found = np.zeros(len(self.first))
+        kernels.curve_squares(
+            poses, control_points, self.observer, self.first, self.size, self.start, self.A, self.b, found
+        )
+        return found
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class EdgeTerms:
     """Pose factors and pose priors: relative poses tail → head with the width of their Cauchy kernel (inf: none)."""
@@ -63,12 +75,16 @@ class EdgeTerms:
 
     def first(self, count: int) -> EdgeTerms:
         """The first terms: pose factors come before priors."""
+        return self.only(slice(count))
+
+    def only(self, chosen: slice | Bool[np.ndarray, "e"]) -> EdgeTerms:
+        """The chosen terms."""
         return EdgeTerms(
-            self.tail[:count],
-            self.head[:count],
-            self.measured[:count],
-            self.sqrt_information[:count],
-            self.kernel[:count],
+            self.tail[chosen],
+            self.head[chosen],
+            self.measured[chosen],
+            self.sqrt_information[chosen],
+            self.kernel[chosen],
         )
 
     def cost(self, poses: Float[np.ndarray, "n 3"]) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms
+from bspline_slam.kernels import gradient as gradients
 from bspline_slam.kernels import linearise
 
 
@@ -137,3 +138,20 @@ def linearise_terms(curves: CurveTerms, edges: EdgeTerms, pattern: Pattern, stat
         *(pattern.edge_slot, blocks.pose, blocks.edge, blocks.gradient.poses, blocks.bent_pose, blocks.bent_edge),
     )
     return blocks
+
+
+def gradient_of(curves: CurveTerms, edges: EdgeTerms, state: State) -> State:
+    """The gradient of ½ Σ ρ(‖e‖²) alone: a third of the work of `linearise_terms`."""
+    n = len(state.poses)
+    found = State(np.zeros((n, 3)), np.zeros((len(state.control_points), 2)))
+    if len(curves.first):
+        gradients.curve_gradient(
+            *(state.poses, state.control_points, curves.observer, curves.first, curves.size, curves.start),
+            *(curves.A, curves.b, found.poses, found.control_points),
+        )
+    linearise.linearise_edges(
+        *(state.poses, edges.tail, edges.head, edges.measured, edges.sqrt_information, edges.kernel),
+        *(np.zeros(len(edges.head), dtype=np.int64), np.zeros((n, 3, 3)), np.zeros((1, 3, 3)), found.poses),
+        *(np.zeros((n, 3, 3)), np.zeros((1, 3, 3))),
+    )
+    return found

@@ -18,7 +18,7 @@ from bspline_slam.backends import back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, DropLoop, Edit, OnPiece, SplitSegment
-from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.footing import Footing
 from bspline_slam.edits.loop_edits import moved_poses
 from bspline_slam.edits.making import decided
 from bspline_slam.edits.settling import settled
@@ -53,8 +53,8 @@ def amended(
         def told(stage: str, fraction: float, record: IterationRecord | None, number: int = number) -> None:
             progress(stage, (number + fraction) / len(ahead), record)
 
-        made = _stepped(states, made, edits[:end], end - start, told, cancelled)
-        states[edits[:end]] = made
+        made, footing = _stepped(states, made, edits[:end], end - start, told, cancelled)
+        states.keep(edits[:end], made, footing)
     return made
 
 
@@ -74,17 +74,19 @@ def _scan_of(edit: Edit) -> int | None:
 
 def _stepped(
     states: States, before: Amended, edits: tuple[Edit, ...], count: int, progress: StageProgress, cancelled: Cancelling
-) -> Amended:
+) -> tuple[Amended, Footing]:
     """The result with edits, the last `count` of which are not in the result before."""
     decisions, skipped = decided(before.ground, before.ground.decisions, edits[-count:])
     ties = any(isinstance(edit, CloseLoop | DropLoop) for edit in edits[-count:])
     if ties and moved_poses(before.ground.decisions, decisions, states.config) is not None:
         return _built_anew(states, edits, progress, cancelled)
-    ground = settled(before.ground, decisions, progress, cancelled)
-    return _amended(before.snapshot, ground, (*before.skipped, *skipped))
+    footing = settled(before.ground, decisions, progress, cancelled)
+    return _amended(before.snapshot, footing, (*before.skipped, *skipped))
 
 
-def _built_anew(states: States, edits: tuple[Edit, ...], progress: StageProgress, cancelled: Cancelling) -> Amended:
+def _built_anew(
+    states: States, edits: tuple[Edit, ...], progress: StageProgress, cancelled: Cancelling
+) -> tuple[Amended, Footing]:
     """The result with edits, made of the automatic one: ties of poses first, whose map is built anew where they bend
     it, then all others."""
     base = states.base
@@ -92,17 +94,19 @@ def _built_anew(states: States, edits: tuple[Edit, ...], progress: StageProgress
     tied = states.ties.made(states[()].ground, edits, lost, progress, cancelled)
     others = [edit for edit in edits if not isinstance(edit, Tie)]
     decisions, late = decided(tied.ground, tied.decisions, others)
-    ground = settled(tied.ground, decisions, progress, cancelled)
+    footing = settled(tied.ground, decisions, progress, cancelled)
     early, late = iter(tied.skipped), iter(late)
     skipped = tuple(next(early if isinstance(edit, Tie) else late) for edit in edits)
-    return _amended(base, ground, skipped)
+    return _amended(base, footing, skipped)
 
 
-def _amended(before: Snapshot, ground: Ground, skipped: tuple[str | None, ...]) -> Amended:
-    """The result on a ground that was settled after `before`, and what more edits start from."""
+def _amended(before: Snapshot, footing: Footing, skipped: tuple[str | None, ...]) -> tuple[Amended, Footing]:
+    """The result that was settled after `before`, and the footing that more edits start from."""
+    ground = footing.ground
     snapshot = _snapshot(before, ground.decisions, ground.estimate)
     decisions = replace(ground.decisions, splines=snapshot.map, touched=frozenset(), reshaped=frozenset())
-    return Amended(snapshot, skipped, replace(ground, decisions=decisions))
+    ground = replace(ground, decisions=decisions)
+    return Amended(snapshot, skipped, ground), replace(footing, ground=ground)
 
 
 def solved_again(

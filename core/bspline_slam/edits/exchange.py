@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from scipy.sparse import csr_array
 
-from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
 from bspline_slam.backends.pattern import Blocks, Pattern, find_pattern, linearise_terms
 from bspline_slam.edits.decisions import Decisions
+from bspline_slam.edits.descent import Packed
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.loop_edits import pins
 from bspline_slam.edits.problem import (
@@ -52,16 +52,10 @@ class Terms:
         return 0.5 * (self.curves.cost(state.poses, state.control_points) + edges + self.constant)
 
     def linearised(self, state: State, *, convex: bool = False) -> Linear:
-        """Gradient and Newton's matrix at a state; where it is to be `convex`, ties of poses, which may be far from
-        where they pull, have that of Gauss and Newton."""
+        """Gradient and Newton's matrix at a state, or that of Gauss and Newton, which is `convex`."""
         blocks = linearise_terms(self.curves, self.edges, self.pattern, state)
-        newton = blocks.newton()
-        if convex and len(self.edges.head):
-            nothing = self.curves.only(np.zeros(len(self.curves.first), dtype=bool))
-            bent = linearise_terms(nothing, self.edges, self.pattern, state).bent_pose
-            newton = replace(newton, pose=newton.pose - bent, edge=blocks.edge)
         gradient = np.concatenate([blocks.gradient.poses.ravel(), blocks.gradient.control_points.ravel()])
-        return Linear(gradient, _matrix(newton, self.pattern))
+        return Linear(gradient, _matrix(blocks if convex else blocks.newton(), self.pattern))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,9 +100,7 @@ def robust_weight(residual: Float[np.ndarray, "r"], kernel: float | None) -> flo
     return 1.0 if kernel is None else float(1.0 / (1.0 + residual @ residual / kernel**2))
 
 
-def taken_out(
-    ground: Ground, problem: FullProblem, decisions: Decisions, changes: Changes, control_points: int
-) -> Terms:
+def taken_out(ground: Ground, problem: Packed, decisions: Decisions, changes: Changes, control_points: int) -> Terms:
     """The terms of the ground's problem that edits make void, over so many control points."""
     graph = ground.estimate.graph
     factors = FlatFactors.of(graph.spline_factors)
@@ -125,19 +117,9 @@ def taken_out(
     free = [False, *(decisions.pose_pins.get(k) != pose for k, pose in sorted(ground.decisions.pose_pins.items()))]
     return Terms.of(
         problem.curves.only(np.concatenate([void, loose])),
-        _only(problem.edges, np.array([*dropped, *free], dtype=bool)),
+        problem.edges.only(np.array([*dropped, *free], dtype=bool)),
         control_points,
         float(factors.constant[void].sum()),
-    )
-
-
-def _only(edges: EdgeTerms, chosen: Bool[np.ndarray, "e"]) -> EdgeTerms:
-    return EdgeTerms(
-        edges.tail[chosen],
-        edges.head[chosen],
-        edges.measured[chosen],
-        edges.sqrt_information[chosen],
-        edges.kernel[chosen],
     )
 
 

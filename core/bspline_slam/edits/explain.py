@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -12,14 +12,13 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.backends.packing import pack_curves, pack_edges
 from bspline_slam.backends.protocol import Estimate
-from bspline_slam.backends.statistics import measured, measures
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, Edit, Force, MakeNew, OnPiece, PinPose, PinSpline
 from bspline_slam.edits.exchange import robust_weight
 from bspline_slam.edits.piece_edits import across
-from bspline_slam.edits.problem import on_splines
+from bspline_slam.edits.problem import owners
 from bspline_slam.errors import EditError
-from bspline_slam.graph import PoseFactor
+from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.slam import SlamConfig, Snapshot
 
 WORST = 10
@@ -78,9 +77,14 @@ class Explanation:
 
 
 def explain(
-    base: Snapshot, after: Snapshot, edits: Sequence[Edit], skipped: Sequence[str | None], config: SlamConfig
+    base: Snapshot,
+    after: Snapshot,
+    edits: Sequence[Edit],
+    skipped: Sequence[str | None],
+    config: SlamConfig,
+    before: Mapping[str, float] | None = None,
 ) -> Explanation:
-    """What edits did to a solved result."""
+    """What edits did to a solved result; `before` are its costs where they are at hand."""
     assert base.estimate is not None and after.estimate is not None
     decisions = Decisions.of(after)
     outcomes = (
@@ -88,52 +92,82 @@ def explain(
         for edit, reason in zip(edits, skipped, strict=True)
     )
     moves = np.linalg.norm((decisions.poses - Decisions.of(base).poses)[:, :2], axis=1)
-    return Explanation(costs(base.estimate), costs(after.estimate), worst_residuals(after), tuple(outcomes), moves)
+    terms = Residuals.of(after.estimate)
+    costs_before = dict(before) if before is not None else costs(base.estimate)
+    return Explanation(costs_before, terms.costs, worst_residuals(after, terms), tuple(outcomes), moves)
 
 
 def costs(estimate: Estimate) -> dict[str, float]:
     """The cost at an estimate by kind of factor."""
-    graph, poses, points = estimate.graph, estimate.poses, estimate.control_points
-    found = dict.fromkeys(KINDS, 0.0)
-    curves, beams = pack_curves(graph), measured(graph)
-    constant = sum(factor.constant for factor in graph.spline_factors)
-    found["beams on curves"] = 0.5 * (curves.only(beams).cost(poses, points) + constant)
-    found["shape of curves"] = 0.5 * curves.only(~beams).cost(poses, points)
-    for factor in graph.pose_factors:
-        found[POSE_KINDS[factor.kind]] += pose_factor_cost(factor, poses)
-    edges = pack_edges(graph)
-    relative = sum(found[kind] for kind in POSE_KINDS.values())
-    found["pins"] = max(0.5 * edges.cost(poses)[0] - relative, 0.0)
-    return found
+    return Residuals.of(estimate).costs
 
 
-def pose_factor_cost(factor: PoseFactor, poses: Float[np.ndarray, "n 3"]) -> float:
-    """½ρ of a tie between two poses."""
-    residual = factor.residual(poses[factor.i], poses[factor.j])
-    square = float(residual @ residual)
-    return 0.5 * (square if factor.kernel is None else factor.kernel**2 * np.log1p(square / factor.kernel**2))
+@dataclass(frozen=True, eq=False, slots=True)
+class Residuals:
+    """Σ‖e‖² of each term at an estimate: of spline factors, with what no state can remove, of shape priors and of pose
+    priors; and of pose factors e itself, with how far (m) the poses lie from where each has them."""
+
+    estimate: Estimate
+    factors: Float[np.ndarray, "f"]
+    shapes: Float[np.ndarray, "p"]
+    priors: float
+    ties: Float[np.ndarray, "t 3"]
+    away: Float[np.ndarray, "t"]
+
+    @classmethod
+    def of(cls, estimate: Estimate) -> Residuals:
+        """Those at an estimate."""
+        graph, poses = estimate.graph, estimate.poses
+        curves, edges, factors = pack_curves(graph), pack_edges(graph), FlatFactors.of(graph.spline_factors)
+        squares, ties = curves.squares(poses, estimate.control_points), edges.first(len(graph.pose_factors))
+        off = se2.between(ties.measured, se2.between(poses[ties.tail], poses[ties.head]))
+        held = edges.only(slice(len(graph.pose_factors), None)).cost(poses)[0]
+        return cls(
+            estimate,
+            squares[: len(factors)] + factors.constant,
+            squares[len(factors) :],
+            held,
+            np.einsum("tij,tj->ti", ties.sqrt_information, off),
+            np.hypot(off[:, 0], off[:, 1]),
+        )
+
+    @property
+    def costs(self) -> dict[str, float]:
+        """The cost by kind of factor."""
+        graph, found = self.estimate.graph, dict.fromkeys(KINDS, 0.0)
+        beams = FlatFactors.of(graph.spline_factors).readings > 0
+        found["beams on curves"] = 0.5 * float(self.factors[beams].sum())
+        found["shape of curves"] = 0.5 * float(self.factors[~beams].sum() + self.shapes.sum())
+        found["pins"] = 0.5 * self.priors
+        kinds, costs = np.array([factor.kind for factor in graph.pose_factors]), self._tie_costs()
+        for kind, name in POSE_KINDS.items():
+            found[name] = float(costs[kinds == kind].sum())
+        return found
+
+    def _tie_costs(self) -> Float[np.ndarray, "t"]:
+        """½ρ of each tie between two poses."""
+        squares = np.square(self.ties).sum(1)
+        widths = np.square([np.inf if f.kernel is None else f.kernel for f in self.estimate.graph.pose_factors])
+        robust = np.isfinite(widths)
+        squares[robust] = widths[robust] * np.log1p(squares[robust] / widths[robust])
+        return 0.5 * squares
 
 
 # -- residuals -----------------------------------------------------------------------------------------------------
-def worst_residuals(after: Snapshot) -> tuple[Worst, ...]:
+def worst_residuals(after: Snapshot, terms: Residuals) -> tuple[Worst, ...]:
     """The pieces and ties that disagree most with a solved result."""
-    assert after.estimate is not None
-    found = [*_worst_pieces(after, after.estimate), *_worst_ties(after.estimate)]
+    found = [*_worst_pieces(after, terms), *_worst_ties(terms)]
     return tuple(sorted(found, key=lambda worst: -worst.size)[:WORST])
 
 
-def _worst_pieces(after: Snapshot, estimate: Estimate) -> list[Worst]:
-    graph, poses, points = estimate.graph, estimate.poses, estimate.control_points
-    decisions = Decisions.of(after)
-    sizes = []
-    for spline, _, factor in on_splines(graph, graph.spline_factors):
-        if measures(factor):
-            seen = points[factor.first : factor.first + factor.A.shape[1] // 2]
-            residual = factor.residual(poses[factor.pose], seen)
-            rows = factor.readings if factor.constant > 0 else len(factor.b)
-            sizes.append((float(np.sqrt((residual @ residual + factor.constant) / rows)), factor.pose, spline))
-    sizes.sort(key=lambda one: -one[0])
-    return [_piece(decisions, size, number, spline) for size, number, spline in sizes[:WORST]]
+def _worst_pieces(after: Snapshot, terms: Residuals) -> list[Worst]:
+    graph, decisions = terms.estimate.graph, Decisions.of(after)
+    factors = FlatFactors.of(graph.spline_factors)
+    sizes = np.where(factors.readings > 0, np.sqrt(terms.factors / np.maximum(factors.measured, 1)), 0.0)
+    worst = np.argsort(-sizes, kind="stable")[:WORST]
+    splines = owners(graph, factors.first[worst])
+    told = zip(sizes[worst].tolist(), factors.pose[worst].tolist(), splines.tolist(), strict=True)
+    return [_piece(decisions, size, number, spline) for size, number, spline in told]
 
 
 def _piece(decisions: Decisions, size: float, number: int, spline: int) -> Worst:
@@ -145,17 +179,14 @@ def _piece(decisions: Decisions, size: float, number: int, spline: int) -> Worst
     return Worst("beams on curves", size, off[farthest], key.scan, pieces[farthest].segment, spline)
 
 
-def _worst_ties(estimate: Estimate) -> list[Worst]:
-    out = []
-    for factor in estimate.graph.pose_factors:
-        i, j = estimate.poses[factor.i], estimate.poses[factor.j]
-        residual = factor.residual(i, j)
-        off = se2.between(factor.measured, se2.between(i, j))
-        scans = estimate.graph.key_scans
-        size, away = float(np.sqrt(residual @ residual / 3)), float(np.hypot(off[0], off[1]))
-        other = int(scans[factor.i])
-        out.append(Worst(POSE_KINDS[factor.kind], size, away, int(scans[factor.j]), other=other))
-    return sorted(out, key=lambda worst: -worst.size)[:WORST]
+def _worst_ties(terms: Residuals) -> list[Worst]:
+    graph, sizes = terms.estimate.graph, np.sqrt(np.square(terms.ties).mean(1))
+    scans, out = graph.key_scans, []
+    for k in np.argsort(-sizes, kind="stable")[:WORST].tolist():
+        factor = graph.pose_factors[k]
+        kind, scan, other = POSE_KINDS[factor.kind], int(scans[factor.j]), int(scans[factor.i])
+        out.append(Worst(kind, float(sizes[k]), float(terms.away[k]), scan, other=other))
+    return out
 
 
 def rms(values: Float[np.ndarray, "m"]) -> float:

@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int
 from bspline_slam.adjustment.adjust import build_graph
 from bspline_slam.association import Association
 from bspline_slam.backends.gauss_newton import State
+from bspline_slam.backends.packing import CurveTerms
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.ground import Ground, middles
 from bspline_slam.edits.loop_edits import pins
@@ -30,7 +31,8 @@ Unit = tuple[int, int]
 PINNED = 1e-4
 """Standard deviation (m) of the control points of a pinned spline."""
 FAR = 0.01
-"""A unit whose pose and spline moved against each other by more than this (m) is linearised anew."""
+"""A unit whose pose and spline moved against each other by more than this (m) is linearised anew; along a straight
+wall they slide without a word."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,6 +49,11 @@ class Changes:
         known = set(ground.estimate.graph.spline_ids.tolist())
         drawn = {s.id for s in decisions.splines if s.id in decisions.reshaped or s.id not in known}
         return cls(frozenset(_changed_units(ground.decisions.keys, decisions.keys)), frozenset(drawn))
+
+    def concern(self, number: int, association: Association) -> bool:
+        """Whether a piece of this key scan is to be linearised."""
+        spline = association.spline
+        return spline is not None and (spline in self.drawn or (number, spline) in self.units)
 
     def with_units(self, units: Iterable[Unit]) -> Changes:
         """More units to be linearised."""
@@ -74,8 +81,7 @@ def _by_spline(associations: Sequence[Association]) -> dict[int, list[Associatio
 def linearised(ground: Ground, decisions: Decisions, changes: Changes) -> Graph:
     """The terms of the changed units and drawn splines alone, as a graph without poses of its own: its factors carry
     the numbers of the decisions' poses. Beams that a person gave to a spline have no gate."""
-    told = [(number, key) for number, key in _concerned(decisions, changes) if key.associations]
-    told = told or [(0, replace(decisions.keys[0], associations=()))]
+    told = list(_concerned(decisions, changes)) or [(0, replace(decisions.keys[0], associations=()))]
     keys, numbers = [key for _, key in told], [number for number, _ in told]
     named = {a.spline for key in keys for a in key.associations}
     splines = SplineMap(tuple(spline for spline in decisions.splines if spline.id in named))
@@ -95,19 +101,16 @@ def _concerned(decisions: Decisions, changes: Changes) -> Iterator[tuple[int, Ke
     numbers = range(len(decisions.keys)) if changes.drawn else sorted({number for number, _ in changes.units})
     for number in numbers:
         key = decisions.keys[number]
-        chosen = tuple(
-            a
-            for a in key.associations
-            if a.spline is not None and (a.spline in changes.drawn or (number, a.spline) in changes.units)
-        )
-        yield number, replace(key, associations=chosen)
+        chosen = tuple(a for a in key.associations if changes.concern(number, a))
+        if chosen:
+            yield number, replace(key, associations=chosen)
 
 
 def held_by_hand(decisions: Decisions, changes: Changes) -> bool:
     """Whether beams are held to a spline however far they lie from it: the robust weight of these changes with every
     step, so that they have to be linearised again and again."""
     return any(
-        a.by == "hand" and a.spline is not None and (a.spline in changes.drawn or (number, a.spline) in changes.units)
+        a.by == "hand" and changes.concern(number, a)
         for number, key in enumerate(decisions.keys)
         for a in key.associations
     )
@@ -154,11 +157,16 @@ class Problem:
         here = middles(told.chosen(come), decisions.poses, new.control_points)
         return cls(graph, np.concatenate([ground.seen[stay], here]))
 
-    def moved_units(self, state: State) -> set[Unit]:
-        """The units whose pose and spline have moved far against each other since they were linearised."""
+    def moved_units(self, curves: CurveTerms, state: State) -> set[Unit]:
+        """The units whose pose and spline have moved far against each other, in the direction that the unit tells most
+        of, since they were linearised; `curves` are the terms of the graph."""
         factors = FlatFactors.of(self.graph.spline_factors)
-        moved = np.linalg.norm(middles(factors, state.poses, state.control_points) - self.seen, axis=1)
-        far = (factors.readings > 0) & (moved > FAR)
+        count, middle = 2 * factors.size[:, 1], 2 * (factors.size[:, 1] // 2)
+        at = curves.start[: len(factors), 2] + middle * (count + 1)
+        xx, xy, yy = curves.gram[at], curves.gram[at + 1], curves.gram[at + count + 1]
+        x, y = (middles(factors, state.poses, state.control_points) - self.seen).T
+        most = 0.5 * (xx + yy + np.hypot(xx - yy, 2.0 * xy))
+        far = (factors.readings > 0) & (xx * x * x + 2.0 * xy * x * y + yy * y * y > FAR**2 * most)
         return set(zip(factors.pose[far].tolist(), owners(self.graph, factors.first[far]).tolist(), strict=True))
 
 

@@ -17,14 +17,12 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_array
 
-from bspline_slam.backends.direct import FullProblem, LinearisedBlocks
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.edits.decisions import Decisions
-from bspline_slam.edits.exchange import put_in, taken_out
-from bspline_slam.edits.ground import Ground
+from bspline_slam.edits.exchange import Terms, put_in, taken_out
+from bspline_slam.edits.footing import Footing
 from bspline_slam.edits.problem import Changes, held_by_hand
-from bspline_slam.errors import SolverError
 from bspline_slam.spline_map import SplineMap
 
 MOST_ROUNDS = 6
@@ -33,47 +31,13 @@ AT_REST = 2e-4
 CLIMB = 1.0
 """A round whose change of the cost is worse than that of the one before by this share (and by 1) is taken back."""
 MOST_STEPS = 60
+ENOUGH_STEPS = 40
+"""No more rounds begin after so many steps: the exact answer is as near."""
 ACCURATE = 5e-3
 """Conjugate gradients end when the preconditioned residual has fallen to this share of the first one: what is left of
 it is there for the next round."""
 UNMOVED = 1e-6
 """Curves whose control points moved by less than this (m) stay as they are."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Footing:
-    """A solved problem made ready for quick answers: cost, gradient and Cholesky factor at its optimum."""
-
-    ground: Ground
-    problem: FullProblem
-    state: State
-    cost: float
-    gradient: Float[np.ndarray, "o"]
-    factor: Factor
-
-    @classmethod
-    def of(cls, ground: Ground) -> Footing:
-        """Factorise the problem of a ground at its estimate."""
-        problem = FullProblem.from_graph(ground.estimate.graph)
-        state = State(ground.estimate.poses, ground.estimate.control_points)
-        system = problem.linearise(state)
-        return cls(ground, problem, state, problem.cost(state), _flat(system.blocks.gradient), _factor(system))
-
-    def gradient_at(self, state: State) -> Float[np.ndarray, "o"]:
-        """The gradient of the cost at some state."""
-        return self.gradient if state is self.state else _flat(self.problem.linearise(state).blocks.gradient)
-
-
-def _factor(system: LinearisedBlocks) -> Factor:
-    """That of Newton's matrix, or of Gauss and Newton's where that is none of a minimum."""
-    try:
-        return system.analysis.factorise(system.blocks.newton())
-    except SolverError:
-        return system.factorise()
-
-
-def _flat(state: State) -> Float[np.ndarray, "o"]:
-    return np.concatenate([state.poses.ravel(), state.control_points.ravel()])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,17 +66,13 @@ def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None
     old, count = len(start.control_points), len(here.control_points)
     before = taken_out(ground, footing.problem, decisions, changes, count)
     after = put_in(ground, decisions, changes, places, count)
-    state, steps, number, at_rest, before_move = start, 0, 0, False, 0.0
-    held, void = held_by_hand(decisions, changes), before.linearised(here)
-    matrix = void.matrix
+    steps, number, at_rest, before_move = 0, 0, False, 0.0
+    held, void = held_by_hand(decisions, changes), before.linearised(here).matrix
     found: Answer | None = None
-    while not at_rest and number < MOST_ROUNDS:
+    while not at_rest and number < MOST_ROUNDS and steps < ENOUGH_STEPS:
         number += 1
         after = put_in(ground, decisions, changes, places, count) if held and number > 1 else after
-        brought, void = after.linearised(here, convex=True), void if number == 1 else before.linearised(here)
-        gradient = brought.gradient - void.gradient
-        gradient[: 3 * len(start.poses) + 2 * old] += footing.gradient_at(state)
-        x, taken = _solved(footing.factor, csr_array(brought.matrix - matrix), gradient, len(footing.gradient))
+        x, taken = _direction(footing, before, after, void, here)
         here, steps = _moved(here, x), steps + taken
         decisions = _at(decisions, here, places)
         move = float(np.abs(x[: start.poses.size]).max(initial=0.0))
@@ -126,6 +86,23 @@ def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None
         tell(found)
     assert found is not None
     return found
+
+
+def _direction(
+    footing: Footing, before: Terms, after: Terms, void: csr_array, here: State
+) -> tuple[Float[np.ndarray, "u"], int]:
+    """The step over all unknowns where the terms `before`, whose matrix is `void`, have given way to those `after`, and
+    how many steps of conjugate gradients it took. Where the matrix of Newton leads nowhere that of Gauss and Newton
+    does."""
+    old = footing.unknowns
+    out = before.linearised(here).gradient
+    out[:old] -= footing.gradient_at(State(here.poses, here.control_points[: len(footing.state.control_points)]))
+    brought = after.linearised(here)
+    x, taken = _solved(footing.factor, csr_array(brought.matrix - void), brought.gradient - out, old)
+    if not taken:
+        brought = after.linearised(here, convex=True)
+        x, taken = _solved(footing.factor, csr_array(brought.matrix - void), brought.gradient - out, old)
+    return x, taken
 
 
 def _rests(move: float, before: float) -> bool:

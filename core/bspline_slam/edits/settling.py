@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from bspline_slam import se2
 from bspline_slam.adjustment.adjust import with_control_points
 from bspline_slam.backends import Stopping
 from bspline_slam.backends.check import check_anchored
-from bspline_slam.backends.direct import FullProblem
-from bspline_slam.backends.gauss_newton import State, descend
-from bspline_slam.backends.protocol import Cancelling, IterationRecord, never, silent
+from bspline_slam.backends.gauss_newton import State
+from bspline_slam.backends.protocol import Cancelling, never
 from bspline_slam.backends.statistics import estimate_of
 from bspline_slam.edits.decisions import Decisions
+from bspline_slam.edits.descent import Packed, descended
+from bspline_slam.edits.footing import Footing
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.problem import Changes, Problem, held_by_hand, linearised
-from bspline_slam.errors import Cancelled
 from bspline_slam.graph import Graph
 from bspline_slam.slam import StageProgress, quiet
 
@@ -32,33 +33,37 @@ WARM = Stopping(decrease=1e-7, move=1e-5, iterations=20)
 
 def settled(
     ground: Ground, decisions: Decisions, progress: StageProgress = quiet, cancelled: Cancelling = never
-) -> Ground:
-    """Solve, and linearise what is loose anew, until nothing moves: the ground at the optimum.
+) -> Footing:
+    """Solve, and linearise what is loose anew, until nothing moves: the footing at the optimum.
 
     Loose are beams that a person holds to a spline, and what has moved far since it was linearised.
     """
     changes = Changes.of(ground, decisions)
-    held, moves, number = held_by_hand(decisions, changes), (np.inf, np.inf), 0
+    held, moves, number, factor, layout = held_by_hand(decisions, changes), (np.inf, np.inf), 0, None, None
     while True:
-        if cancelled():
-            raise Cancelled("the edits were cancelled")
-
-        def note(record: IterationRecord, number: int = number) -> None:
-            progress("edits", (number + min(record.index, 4) / 5) / MOST_ROUNDS, record)
-
+        progress("edits", number / MOST_ROUNDS, None)
         problem = Problem.of(ground, decisions, changes, linearised(ground, decisions, changes))
         check_anchored(problem.graph)
-        full, before = FullProblem.from_graph(problem.graph), decisions.poses
-        state = descend(full, State(before, problem.graph.control_points), WARM, note, cancelled).state
-        decisions, number = _at(decisions, problem.graph, state), number + 1
-        move, more = float(np.abs(state.poses - before).max()), problem.moved_units(state)
+        packed, start = Packed.of(problem.graph), State(decisions.poses, problem.graph.control_points)
+        before, layout = layout, (problem.graph.spline_ids.tolist(), problem.graph.spline_first.tolist())
+        descent, factor = descended(packed, factor if layout == before else None, start, WARM, cancelled)
+        decisions, number = _at(decisions, problem.graph, descent.state), number + 1
+        move, more = _move(start, descent.state), problem.moved_units(packed.curves, descent.state)
         if number == MOST_ROUNDS or not goes_on(move, moves[0]) or not (held or more):
             break
         changes, moves = changes.with_units(more), (moves[1], move)
-    descent = descend(full, state, Stopping(), silent, cancelled)
-    estimate = estimate_of(problem.graph, full.curves, full.edges, descent)
+    descent, factor = descended(packed, factor, descent.state, Stopping(), cancelled)
+    estimate = estimate_of(problem.graph, packed.curves, packed.edges, descent)
     decisions = _at(decisions, problem.graph, descent.state)
-    return replace(ground, decisions=decisions, estimate=estimate, seen=problem.seen)
+    ground = replace(ground, decisions=decisions, estimate=estimate, seen=problem.seen)
+    return Footing(ground, packed, descent.state, descent.records[-1].cost, factor)
+
+
+def _move(before: State, after: State) -> float:
+    """By how much (m, rad) a pose moved most."""
+    step = after.poses - before.poses
+    step[:, 2] = se2.wrap(step[:, 2])
+    return float(np.abs(step).max(initial=0.0))
 
 
 def goes_on(move: float, before: float) -> bool:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from bspline_slam import se2
 from bspline_slam.association import Association
@@ -15,7 +16,7 @@ from bspline_slam.edits.edit import MergeSplines, PinSpline, SplitSpline
 from bspline_slam.errors import EditError
 from bspline_slam.fitting import cumulated_chords
 from bspline_slam.models.protocol import Model
-from bspline_slam.segmentation import ScanSegment
+from bspline_slam.sights import collect_sights
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 SAMPLING = 0.05
@@ -40,15 +41,16 @@ def split_spline(decisions: Decisions, edit: SplitSpline, model: Model) -> Decis
         raise EditError(f"spline {spline.id} cannot be split so near to its end")
     decisions = decisions.with_spline(_part(spline, spline.id, (low, t), model))
     decisions = decisions.with_spline(_part(spline, edit.new, (t, high), model))
-    for number, key in enumerate(decisions.keys):
-        if any(association.spline == spline.id for association in key.associations):
-            segments = {segment.index: segment for segment in key.segments}
-            parts = [
-                part
-                for association in key.associations
-                for part in _parts(association, segments, decisions.poses[number], spline, t, edit.new)
-            ]
-            decisions = decisions.with_associations(number, tuple(parts))
+    seen = collect_sights(decisions.keys, SplineMap((spline,)))
+    beyond = spline.curve.foot_points(se2.transform(decisions.poses[seen.pose], seen.points)) > t
+    cuts = np.searchsorted(seen.piece, np.arange(seen.piece.max(initial=-1) + 2)).tolist()
+    pieces = ((seen.beam[a:b], beyond[a:b]) for a, b in pairwise(cuts))
+    for number in np.unique(seen.pose).tolist():
+        parts = []
+        for association in decisions.keys[number].associations:
+            mine = association.spline == spline.id
+            parts += _parts(association, *next(pieces), edit.new) if mine else [association]
+        decisions = decisions.with_associations(number, tuple(parts))
     return decisions
 
 
@@ -58,21 +60,9 @@ def _part(spline: MapSpline, number: int, span: tuple[float, float], model: Mode
 
 
 def _parts(
-    association: Association,
-    segments: dict[int, ScanSegment],
-    pose: Float[np.ndarray, "3"],
-    spline: MapSpline,
-    t: float,
-    new: int,
+    association: Association, beams: Int[np.ndarray, "m"], passed: Bool[np.ndarray, "m"], new: int
 ) -> Iterator[Association]:
-    """An association, cut where its beams pass the parameter `t` of its spline."""
-    if association.spline != spline.id:
-        yield association
-        return
-    segment = segments[association.segment]
-    inside = (segment.beams >= association.first) & (segment.beams <= association.last)
-    beams = segment.beams[inside]
-    passed = spline.curve.foot_points(se2.transform(pose, segment.points[inside])) > t
+    """An association cut where its beams pass into the spline `new`."""
     before = int(np.count_nonzero(~passed))
     if before:
         yield replace(association, last=int(beams[before - 1]))

@@ -103,7 +103,8 @@ def test_what_says_less_costs_less_and_a_pin_elsewhere_costs_more(
 ) -> None:
     edits = edits_of(base, piece)
     change = {
-        kind: answer(footing, decided(ground, ground.decisions, edits[kind])[0]).cost_change for kind in ("ignore", "pin pose")
+        kind: answer(footing, decided(ground, ground.decisions, edits[kind])[0]).cost_change
+        for kind in ("ignore", "pin pose")
     }
     assert change["ignore"] < 0 < change["pin pose"]
 

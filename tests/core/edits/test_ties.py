@@ -21,9 +21,7 @@ def wrong_loop(base: Snapshot) -> CloseLoop:
     return CloseLoop(earlier.scan, later.scan, (x + 0.5, y, theta), ROOT, 0.9, 0.9)
 
 
-def test_a_map_is_built_anew_once_for_all_edits_that_follow(
-    base: Snapshot, ground: Ground, piece: Association
-) -> None:
+def test_a_map_is_built_anew_once_for_all_edits_that_follow(base: Snapshot, ground: Ground, piece: Association) -> None:
     ties, close = Ties(), wrong_loop(base)
     lost = [step.lost for step in base.steps]
     first = ties.made(ground, (close,), lost)
