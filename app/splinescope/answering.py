@@ -20,6 +20,7 @@ class Answering(Protocol):
     def preview(self, in_force: tuple[Edit, ...], proposed: tuple[Edit, ...]) -> int: ...
     def make(self, edits: tuple[Edit, ...], shown: tuple[Edit, ...]) -> int: ...
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int: ...
+    def hand_over(self, edits: tuple[Edit, ...]) -> int: ...
     def cancel(self) -> None: ...
 
 
@@ -38,6 +39,9 @@ class Nobody:
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int:
         return 0
 
+    def hand_over(self, edits: tuple[Edit, ...]) -> int:
+        return 0
+
     def cancel(self) -> None:
         """Nothing runs."""
 
@@ -51,4 +55,8 @@ class Show(Protocol):
 
     def glimpse(self, ghost: Ghost) -> None:
         """What the map nearly becomes."""
+        ...
+
+    def handed(self, number: int, edits: tuple[Edit, ...], amended: bytes) -> None:
+        """The result of this number with these edits, packed for the estimator."""
         ...

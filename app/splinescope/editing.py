@@ -265,7 +265,7 @@ class Editing:
         self._editor.cancel()
         edits, base = self.history.active, self.base
         known = self._recent.find(edits) if edits or base is None else State(base, None, self._doubts_without)
-        for what in ("doubts", "make"):
+        for what in ("doubts", "make", "hand over"):
             self._jobs.pop(what, None)
         self._progress, self._asked_at = None, self._now()
         if known is None or known.doubts is None:
@@ -280,6 +280,8 @@ class Editing:
         self._in_map, self.explanation = state.result.edits, state.explanation
         self._settled_at = self.history.cursor
         self._show.amend(state.result)
+        if state.result.edits:
+            self._jobs["hand over"] = self._editor.hand_over(state.result.edits)
 
     # -- loop closures -------------------------------------------------------------------------------------------
     def begin_draft(self, draft: LoopDraft) -> None:
@@ -325,6 +327,10 @@ class Editing:
             case told.EditsMade():
                 self._jobs["doubts"] = self._jobs.pop(what)
                 self._made(message)
+            case told.Handed(edits=edits, amended=amended):
+                del self._jobs[what]
+                if self.base is not None:
+                    self._show.handed(self.base.number, edits, amended)
             case told.LoopMatched():
                 del self._jobs[what]
                 self._matched(message)
@@ -336,9 +342,11 @@ class Editing:
     def _made(self, made: told.EditsMade) -> None:
         if self.base is None:
             return
-        steps = amended_steps(self.base.steps, made.associations)
+        steps, snapshot = amended_steps(self.base.steps, made.associations), made.snapshot
+        if made.same_closures:
+            snapshot = replace(snapshot, loop_closures=self.base.snapshot.loop_closures)
         edited = replace(
-            self.base, snapshot=made.snapshot, steps=steps, solution=made.solution or self.base.solution,
+            self.base, snapshot=snapshot, steps=steps, solution=made.solution or self.base.solution,
             quality=None, covariances={}, sigmas=None, consistency=None, measured=False, edits=self.history.active,
             frames=(),
         )  # fmt: skip

@@ -26,10 +26,20 @@ class Estimator(Protocol):
     """Who computes: the worker's process, seen from here."""
 
     def process(self, log: told.LogFile, config: SlamConfig) -> int: ...
-    def solve(self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
-    def covariances(self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int: ...
+    def solve(
+        self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int: ...
+    def covariances(
+        self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int: ...
     def measure(
-        self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked
+        self,
+        kept: bytes,
+        config: SlamConfig,
+        edits: tuple[Edit, ...],
+        first: Picked,
+        second: Picked,
+        amended: bytes | None = None,
     ) -> int: ...
     def cancel(self) -> None: ...
 
@@ -75,7 +85,7 @@ class Estimation:
             return
         run = self._run = self.results.run_behind(shown)
         self._begin(recipe, run.snapshot)
-        job = self._estimator.solve(self._file, run.kept, recipe.config(), run.edits)
+        job = self._estimator.solve(self._file, run.kept, recipe.config(), run.edits, run.amended)
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -119,7 +129,7 @@ class Estimation:
             return "The map is being changed; measure when that has ended."
         if shown is None or shown.solution is None or self._findings.snapshot is not shown.snapshot:
             return "There is no solved map to measure in."
-        return self._estimator.measure(shown.kept, shown.recipe.config(), shown.edits, first, second)
+        return self._estimator.measure(shown.kept, shown.recipe.config(), shown.edits, first, second, shown.amended)
 
     def run_refusal(self, recipe: Recipe) -> str | None:
         """A sentence on what stands in the way of running over the log now; None if nothing does."""
@@ -193,6 +203,14 @@ class Estimation:
         shown = self.results.shown
         if shown is not None and not self.busy:
             self._findings.show(ghost.over(shown.snapshot))
+            self._findings.decide(ghost.decided)
+
+    def handed(self, number: int, edits: tuple[Edit, ...], amended: bytes) -> None:
+        """The result of this number with these edits, packed for the estimator, which measures it now."""
+        result = self.results.find(number)
+        if result is not None and result.edits == edits:
+            self.results = self.results.updated(replace(result, amended=amended))
+            self._measure()
 
     def _choice_refusal(self, result: Result | None) -> str | None:
         if self.busy:
@@ -216,8 +234,11 @@ class Estimation:
         if self.activity is not None:
             return
         for result in (self.results.shown, self.results.compared):
-            if result is not None and not result.measured and result.number not in self._given_up:
-                job = self._estimator.covariances(self._file, result.kept, result.recipe.config(), result.edits)
+            if result is None or (result.edits and result.amended is None):
+                continue
+            if not result.measured and result.number not in self._given_up:
+                config = result.recipe.config()
+                job = self._estimator.covariances(self._file, result.kept, config, result.edits, result.amended)
                 self.activity = Activity(Work.COVARIANCES, job, Work.COVARIANCES.value)
                 self._measuring = result.number
                 return
@@ -275,6 +296,7 @@ class Estimation:
         if end.snapshot is not None and end.kept is not None:
             origin = self._run if activity.work is Work.OPTIMISING else None
             result = self._result(end.snapshot, end.kept, end.solution)
+            origin = replace(origin, amended=None) if origin is not None else None
             self._show_new(replace(result, origin=origin, frames=end.frames))
             self._tell(done(activity, end.snapshot, end.solution, len(origin.edits) if origin is not None else 0))
         if activity.work is Work.COVARIANCES:

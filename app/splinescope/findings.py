@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.association import Association
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.scan import ScanLog
@@ -44,6 +45,11 @@ class Findings:
         for step in steps:
             self.steps[step.scan] = step
             self.processed = max(self.processed, step.scan + 1)
+
+    def decide(self, associations: Mapping[int, tuple[Association, ...]]) -> None:
+        """Some key scans are decided otherwise."""
+        for scan in associations.keys() & self.steps.keys():
+            self.steps[scan] = replace(self.steps[scan], associations=associations[scan])
 
     def show(self, snapshot: Snapshot | None) -> None:
         """From now on the map is this one; how good it is, is not known yet."""

@@ -27,7 +27,8 @@ class Result:
 
     `origin` is the run over the log whose decisions were solved again, as it was then with its hand edits; None for
     such a run itself.
-    `edits` are the hand edits that it has been amended by; `kept` has none of them.
+    `edits` are the hand edits that it has been amended by; `kept` has none of them, and `amended`, where it is there
+    already, all of them.
     `stopped_after` counts the scans of a run that was cancelled. `kept` is the pickled whole snapshot, for the
     estimator; its quality, covariances of splines by id, 1σ across the curves
     and the tests of consistency are there once the result is `measured`. `frames` are iterations of its last solve.
@@ -49,6 +50,7 @@ class Result:
     consistency: ScanConsistency | None = None
     measured: bool = False
     edits: tuple[Edit, ...] = ()
+    amended: bytes | None = None
 
     @property
     def editable(self) -> bool:

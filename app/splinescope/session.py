@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from splinescope import commands as ask
@@ -281,6 +282,11 @@ class Session:
         """Show what the map nearly becomes."""
         if self.estimation is not None:
             self.estimation.glimpse(ghost)
+
+    def handed(self, number: int, edits: tuple[Edit, ...], amended: bytes) -> None:
+        """The result of this number with these edits, packed for the estimator."""
+        if self.estimation is not None:
+            self.estimation.handed(number, edits, amended)
 
     def _attend(self) -> None:
         """Edits are about the result shown."""

@@ -29,14 +29,26 @@ class InlineEstimator:
     def process(self, log: LogFile, config: SlamConfig) -> int:
         return self._do(lambda job: ProcessLog(job, log, config))
 
-    def solve(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
-        return self._do(lambda job: SolveMap(job, log, kept, config, edits))
+    def solve(
+        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int:
+        return self._do(lambda job: SolveMap(job, log, kept, config, edits, amended))
 
-    def covariances(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
-        return self._do(lambda job: FindCovariances(job, log, kept, config, edits))
+    def covariances(
+        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int:
+        return self._do(lambda job: FindCovariances(job, log, kept, config, edits, amended))
 
-    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
-        return self._do(lambda job: MeasureMap(job, kept, config, edits, first, second))
+    def measure(
+        self,
+        kept: bytes,
+        config: SlamConfig,
+        edits: tuple[Edit, ...],
+        first: Picked,
+        second: Picked,
+        amended: bytes | None = None,
+    ) -> int:
+        return self._do(lambda job: MeasureMap(job, kept, config, edits, first, second, amended))
 
     def cancel(self) -> None:
         self.cancelled = len(self.asked)

@@ -44,6 +44,7 @@ from splinescope.computing.edit_messages import (
     EditRequest,
     EditsMade,
     FindPreview,
+    HandOver,
     MakeEdits,
     MatchLoop,
     Prepare,
@@ -52,7 +53,17 @@ from splinescope.computing.edit_messages import (
     QuickAnswer,
 )
 from splinescope.computing.jobs import Jobs
-from splinescope.computing.messages import Failed, Finished, LogFile, Message, ProcessLog, Progress, SolveMap
+from splinescope.computing.messages import (
+    CovariancesFound,
+    Failed,
+    FindCovariances,
+    Finished,
+    LogFile,
+    Message,
+    ProcessLog,
+    Progress,
+    SolveMap,
+)
 from splinescope.editing import Editing
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
@@ -85,9 +96,8 @@ class AtOnce:
 
     def answer(self) -> None:
         """Do what was asked for."""
-        asked, self.asked = self.asked, []
-        for request in asked:
-            self._jobs.do(request, lambda: False)
+        while self.asked:
+            self._jobs.do(self.asked.pop(0), lambda: False)
 
     def prepare(self, kept: bytes, config: SlamConfig) -> int:
         return self._ask(Prepare(self.job + 1, kept, config))
@@ -101,6 +111,9 @@ class AtOnce:
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: np.ndarray) -> int:
         return self._ask(MatchLoop(self.job + 1, in_force, earlier, scan, guess))
 
+    def hand_over(self, edits: tuple[Edit, ...]) -> int:
+        return self._ask(HandOver(self.job + 1, edits))
+
     def cancel(self) -> None:
         """Nothing runs."""
 
@@ -111,14 +124,27 @@ class Idle:
     def process(self, log: LogFile, config: SlamConfig) -> int:
         return 1
 
-    def solve(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+    def solve(
+        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int:
         self.solved = edits
         return 2
 
-    def covariances(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
+    def covariances(
+        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int:
+        self.asked_with = amended
         return 3
 
-    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
+    def measure(
+        self,
+        kept: bytes,
+        config: SlamConfig,
+        edits: tuple[Edit, ...],
+        first: Picked,
+        second: Picked,
+        amended: bytes | None = None,
+    ) -> int:
         return 4
 
     def cancel(self) -> None:
@@ -194,6 +220,13 @@ class Desk:
     def select(self, scan: int = 11) -> None:
         piece = self.piece(scan)
         self.do(ask.Seek(scan), ask.Select(Selection("segment", piece.segment)))
+
+    def look_at_ignoring(self, scan: int) -> None:
+        """Propose to ignore the longest piece of a scan, while the editor has not answered yet."""
+        piece = self.piece(scan)
+        for command in (ask.Seek(scan), ask.Select(Selection("segment", piece.segment))):
+            self.session.apply(command)
+        self.session.apply(ask.EditSelected(EditKind.IGNORE))
 
 
 @pytest.fixture
@@ -340,6 +373,47 @@ def test_a_quick_answer_is_about_what_is_shown(desk: Desk) -> None:
     assert nearly_the_same(quick.ghost.over(desk.session.result.snapshot).map, last.snapshot.map)
 
 
+def test_the_estimator_measures_what_the_editor_made(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    run = desk.session.result
+    assert run is not None and run.amended is not None and desk.estimator.asked_with is run.amended
+    heard: list[Message] = []
+    jobs = Jobs(heard.append)
+    for amended in (run.amended, None):
+        jobs.do(FindCovariances(3, FILE, run.kept, run.recipe.config(), run.edits, amended), lambda: False)
+    handed, made = (message for message in heard if isinstance(message, CovariancesFound))
+    assert all(np.array_equal(handed.splines[number], found) for number, found in made.splines.items())
+    anew = Jobs(heard.append)
+    anew.do(FindCovariances(4, FILE, run.kept, run.recipe.config(), run.edits), lambda: False)
+    alone = next(message for message in heard if isinstance(message, CovariancesFound) and message.job == 4)
+    assert all(np.array_equal(handed.splines[number], found) for number, found in alone.splines.items())
+
+
+def test_a_preview_does_not_wait_for_an_edit_in_the_making(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE))
+    desk.session.apply(ask.AcceptEdits())
+    desk.look_at_ignoring(20)
+    heard: list[Message] = []
+    jobs, hear = desk.editor._jobs, desk.editor._jobs._send
+    jobs._send = lambda message: (heard.append(message), hear(message))  # type: ignore[assignment]
+    make, look = desk.editor.asked
+    done: list[bool] = []
+
+    def asked_meanwhile() -> bool:
+        if not done:
+            done.append(True)
+            assert jobs.meanwhile(look, lambda: False) and not jobs.meanwhile(make, lambda: False)
+        return False
+
+    jobs.do(make, asked_meanwhile)
+    kinds = [type(message) for message in heard]
+    assert kinds.index(PreviewFound) < kinds.index(EditsMade)
+    first = next(message.preview for message in heard if isinstance(message, PreviewFound))
+    assert first.refusal is None and first.ghost is not None
+
+
 def test_what_was_shown_lately_is_there_at_once(desk: Desk) -> None:
     states = [desk.shown]
     for scan in (11, 20):
@@ -351,7 +425,7 @@ def test_what_was_shown_lately_is_there_at_once(desk: Desk) -> None:
         desk.session.apply(command)
         assert desk.shown == states[number] and not desk.editing.making, "nobody has answered"
     assert desk.editing.explanation is told
-    assert desk.editor.asked == []
+    assert set(map(type, desk.editor.asked)) == {HandOver}, "for the estimator, who measures them"
 
 
 def test_several_pieces_are_answered_quickly_too(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

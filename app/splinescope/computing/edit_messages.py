@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from bspline_slam.association import Association
 from bspline_slam.edits.doubts import Doubt
 from bspline_slam.edits.edit import Edit
 from bspline_slam.edits.explain import Explanation
+from bspline_slam.front_end.loop_closure import LoopClosure
 from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
 from splinescope.computing.messages import Message
@@ -55,23 +57,35 @@ class MatchLoop:
     guess: Float[np.ndarray, "3"]
 
 
-EditRequest = Prepare | FindPreview | MakeEdits | MatchLoop
+@dataclass(frozen=True, slots=True)
+class HandOver:
+    """The result with these edits for the estimator."""
+
+    job: int
+    edits: tuple[Edit, ...]
+
+
+EditRequest = Prepare | FindPreview | MakeEdits | MatchLoop | HandOver
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ghost:
-    """What would look different: the path (None: hardly anywhere), the splines that would move or come, and the ids of
-    those that would be gone."""
+    """What would look different: the path (None: hardly anywhere), the splines that would move or come, the ids of
+    those that would be gone, the decisions of key scans, and the loop closures (None: the same)."""
 
     poses: Float[np.ndarray, "scans 3"] | None
     splines: SplineMap
     gone: tuple[int, ...] = ()
+    decided: Mapping[int, tuple[Association, ...]] = field(default_factory=dict)
+    closures: tuple[LoopClosure, ...] | None = None
 
     def over(self, snapshot: Snapshot) -> Snapshot:
         """The result that it is the ghost of, as it would look."""
         poses = snapshot.poses if self.poses is None or self.poses.shape != snapshot.poses.shape else self.poses
         splines = {spline.id: spline for spline in (*snapshot.map, *self.splines) if spline.id not in self.gone}
-        return replace(snapshot, poses=poses, map=SplineMap(tuple(splines[number] for number in sorted(splines))))
+        ordered = SplineMap(tuple(splines[number] for number in sorted(splines)))
+        closures = snapshot.loop_closures if self.closures is None else self.closures
+        return replace(snapshot, poses=poses, map=ordered, loop_closures=closures)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,12 +116,22 @@ class QuickAnswer(Message):
 @dataclass(frozen=True, eq=False, slots=True)
 class EditsMade(Message):
     """The result with edits, for looking at; the decisions of key scans that are not those of the automatic result;
-    what the solver did, and the figures of its solution."""
+    what the solver did, and the figures of its solution. With `same_closures` the loop closures are as they were
+    there."""
 
     snapshot: Snapshot
     associations: dict[int, tuple[Association, ...]]
     explanation: Explanation | None
     solution: Solution | None
+    same_closures: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Handed(Message):
+    """The result with these edits, packed for the estimator."""
+
+    edits: tuple[Edit, ...]
+    amended: bytes
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -126,4 +150,3 @@ class LoopMatched(Message):
     score: float = 0.0
     inliers: float = 0.0
     sentence: str = ""
-    rows: tuple[tuple[str, str], ...] = field(default_factory=tuple)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from bspline_slam.edits.edit import Edit
 from bspline_slam.slam import SlamConfig
-from splinescope.computing.edit_messages import FindPreview, MakeEdits, MatchLoop, Prepare
+from splinescope.computing.edit_messages import FindPreview, HandOver, MakeEdits, MatchLoop, Prepare
 from splinescope.computing.messages import Message
 from splinescope.computing.worker import Worker
 
@@ -35,3 +35,7 @@ class Editor(Worker):
     def match(self, in_force: tuple[Edit, ...], earlier: int, scan: int, guess: Float[np.ndarray, "3"]) -> int:
         """Ask how two key scans lie to each other."""
         return self._ask(MatchLoop(self._job + 1, in_force, earlier, scan, guess))
+
+    def hand_over(self, edits: tuple[Edit, ...]) -> int:
+        """Ask for the result with these edits as the estimator takes it."""
+        return self._ask(HandOver(self._job + 1, edits))

@@ -14,8 +14,6 @@ from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.edits.amend import amended, solved_again
 from bspline_slam.edits.edit import Edit
-from bspline_slam.edits.ground import Ground
-from bspline_slam.edits.ties import Ties
 from bspline_slam.errors import Cancelled, LogError, SplineSlamError
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
@@ -23,6 +21,7 @@ from bspline_slam.logs import open_log
 from bspline_slam.measuring import Measurement, Picked, factorised, measure
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig, Snapshot
+from splinescope.computing.handover import unpacked
 from splinescope.computing.iterations import frames_of
 from splinescope.computing.live_map import LiveMap
 from splinescope.computing.messages import (
@@ -70,7 +69,6 @@ class Jobs:
         self._asked: Done | None = None
         self._factor: tuple[Snapshot, Factor] | None = None
         self._amended: tuple[Done, tuple[Edit, ...], Snapshot] | None = None
-        self._ground: tuple[Done, Ground, Ties] | None = None
 
     def do(self, request: Request, cancelled: Cancelling) -> None:
         """Do a request; whatever goes wrong in it is sent as a sentence."""
@@ -81,29 +79,29 @@ class Jobs:
         reporter = Reporter(request.job, self._send)
         match request:
             case ProcessLog(log=log, config=config):
-                self._asked = self._amended = self._ground = None
+                self._asked = self._amended = None
                 self._latest = process(self._open(log), config, reporter, self._send, cancelled)
-            case SolveMap(log=log, kept=kept, config=config, edits=edits):
-                before = self._with_edits(kept, edits, config, cancelled)
+            case SolveMap(log=log, config=config, edits=edits):
+                before = self._with_edits(request, cancelled)
                 self._latest = optimise(self._open(log), before, config, bool(edits), reporter, self._send, cancelled)
-            case FindCovariances(log=log, kept=kept, config=config, edits=edits):
-                snapshot = self._with_edits(kept, edits, config, cancelled)
+            case FindCovariances(log=log, config=config):
+                snapshot = self._with_edits(request, cancelled)
                 judge(self._open(log), snapshot, config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
-            case MeasureMap(kept=kept, config=config, edits=edits, first=first, second=second):
-                snapshot = self._with_edits(kept, edits, config, cancelled)
+            case MeasureMap(first=first, second=second):
+                snapshot = self._with_edits(request, cancelled)
                 self._send(Measured(request.job, self._measured(snapshot, first, second)))
 
-    def _with_edits(self, kept: bytes, edits: tuple[Edit, ...], config: SlamConfig, cancelled: Cancelling) -> Snapshot:
-        """A snapshot amended by hand; the latest one is remembered."""
-        base = self._unpacked(kept)
+    def _with_edits(self, request: SolveMap | FindCovariances | MeasureMap, cancelled: Cancelling) -> Snapshot:
+        """A snapshot amended by hand, as the editor made it, or made here; the latest one is remembered."""
+        base, edits = self._unpacked(request.kept), request.edits
         if not edits:
             return base.snapshot
         if self._amended is None or self._amended[0] is not base or self._amended[1] != edits:
-            if self._ground is None or self._ground[0] is not base:
-                self._ground = (base, Ground.of(base.snapshot, config), Ties())
-            _, ground, ties = self._ground
-            after = amended(base.snapshot, edits, config, cancelled=cancelled, ground=ground, ties=ties).snapshot
+            if request.amended is not None:
+                after = unpacked(base.snapshot, request.amended)
+            else:
+                after = amended(base.snapshot, edits, request.config, cancelled=cancelled).snapshot
             self._amended = (base, edits, after)
         return self._amended[2]
 

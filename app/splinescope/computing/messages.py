@@ -19,7 +19,8 @@ from splinescope.computing.solution import Solution
 from splinescope.quality import Quality
 
 SENT_BEFORE = b""
-"""Instead of a snapshot that is kept: that of the last request which had one."""
+"""Instead of a snapshot that is kept: that of the last request which had one. `amended` is the result with the edits as
+the editor packed it; None where it was sent before, or where the estimator has to make these edits itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,7 @@ class SolveMap:
     kept: bytes
     config: SlamConfig
     edits: tuple[Edit, ...] = ()
+    amended: bytes | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,6 +63,7 @@ class FindCovariances:
     kept: bytes
     config: SlamConfig
     edits: tuple[Edit, ...] = ()
+    amended: bytes | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,6 +76,7 @@ class MeasureMap:
     edits: tuple[Edit, ...]
     first: Picked
     second: Picked
+    amended: bytes | None = None
 
 
 Request = ProcessLog | SolveMap | FindCovariances | MeasureMap

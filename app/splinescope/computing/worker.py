@@ -6,12 +6,13 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
@@ -45,7 +46,7 @@ class Worker:
         self._context = multiprocessing.get_context("spawn")
         self._cancelled = self._context.Value("q", 0, lock=False)
         self._job = 0
-        self._sent = b""
+        self._sent, self._amended = b"", b""
         self._process: BaseProcess | None = None
         self._requests: Any = None
 
@@ -54,7 +55,7 @@ class Worker:
         if self._process is not None and self._process.is_alive():
             return
         inbox, outbox = self._context.Pipe(duplex=False)
-        self._requests, self._sent = self._context.Queue(), b""
+        self._requests, self._sent, self._amended = self._context.Queue(), b"", b""
         process = self._process = self._context.Process(
             target=serve, args=(self._requests, outbox, self._cancelled, self._jobs), name=self._jobs, daemon=True
         )
@@ -69,23 +70,33 @@ class Worker:
 
     def process(self, log: LogFile, config: SlamConfig) -> int:
         """Ask for the whole pipeline over a log; returns the job's number. The process forgets what it got before."""
-        self._sent = b""
+        self._sent = self._amended = b""
         return self._ask(ProcessLog(self._job + 1, log, config))
 
-    def solve(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
-        """Ask for a map with hand edits to be solved again, `kept` being what came with it before these; returns the
-        job's number."""
-        return self._ask(SolveMap(self._job + 1, log, kept, config, edits))
+    def solve(
+        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int:
+        """Ask for a map with hand edits to be solved again, `kept` being what came with it before these and `amended`
+        what the editor made of it; returns the job's number."""
+        return self._ask(SolveMap(self._job + 1, log, kept, config, edits, amended))
 
-    def covariances(self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = ()) -> int:
-        """Ask for the covariances of a map with hand edits, `kept` being what came with it before these; returns the
-        job's number."""
-        return self._ask(FindCovariances(self._job + 1, log, kept, config, edits))
+    def covariances(
+        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+    ) -> int:
+        """Ask for the covariances of a map with hand edits, as in `solve`; returns the job's number."""
+        return self._ask(FindCovariances(self._job + 1, log, kept, config, edits, amended))
 
-    def measure(self, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...], first: Picked, second: Picked) -> int:
-        """Ask how far two things of a map with hand edits are apart, `kept` being what came with it before these;
-        returns the job's number."""
-        return self._ask(MeasureMap(self._job + 1, kept, config, edits, first, second))
+    def measure(
+        self,
+        kept: bytes,
+        config: SlamConfig,
+        edits: tuple[Edit, ...],
+        first: Picked,
+        second: Picked,
+        amended: bytes | None = None,
+    ) -> int:
+        """Ask how far two things of a map with hand edits are apart, as in `solve`; returns the job's number."""
+        return self._ask(MeasureMap(self._job + 1, kept, config, edits, first, second, amended))
 
     def cancel(self) -> None:
         """Stop every job asked for so far."""
@@ -104,7 +115,10 @@ class Worker:
         self._job = request.job
         if isinstance(request, SolveMap | FindCovariances | MeasureMap):
             again, self._sent = request.kept is self._sent, request.kept
-            request = replace(request, kept=SENT_BEFORE) if again else request
+            known, self._amended = request.amended is self._amended, request.amended or b""
+            request = replace(
+                request, kept=SENT_BEFORE if again else request.kept, amended=None if known else request.amended
+            )
         self._requests.put(request)
         return request.job
 
@@ -134,9 +148,44 @@ def serve(requests: Any, outbox: Connection, cancelled: Any, jobs_module: str) -
     os.nice(NICENESS)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     jobs = import_module(jobs_module).Jobs(outbox.send)  # slow to import: the estimator and its solvers
+    backlog = Backlog(requests, jobs, cancelled)
     while True:
-        request = requests.get()
-        jobs.do(request, lambda job=request.job: cancelled.value >= job)
+        request = backlog.next()
+        jobs.do(request, backlog.asked_by(request))
+
+
+@runtime_checkable
+class Interruptible(Protocol):
+    """One who does requests and can do some of them in the middle of another."""
+
+    def meanwhile(self, request: Any, cancelled: Callable[[], bool]) -> bool:
+        """Do a request, if it is one that need not wait; whether it is."""
+        ...
+
+
+class Backlog:
+    """State: the requests that wait. Whenever a job asks whether it was cancelled, those that need not wait for its end
+    are done first."""
+
+    def __init__(self, requests: Any, jobs: Any, cancelled: Any) -> None:
+        self._requests, self._jobs, self._cancelled = requests, jobs, cancelled
+        self._waiting: deque[Any] = deque()
+
+    def next(self) -> Any:
+        """The request that is to be done next; waits for it."""
+        return self._waiting.popleft() if self._waiting else self._requests.get()
+
+    def asked_by(self, request: Any) -> Callable[[], bool]:
+        """Tells the job of a request whether it was cancelled."""
+
+        def cancelled() -> bool:
+            while isinstance(self._jobs, Interruptible) and not self._requests.empty():
+                other = self._requests.get()
+                if not self._jobs.meanwhile(other, lambda job=other.job: self._cancelled.value >= job):
+                    self._waiting.append(other)
+            return self._cancelled.value >= request.job
+
+        return cancelled
 
 
 def _end_with_parent() -> None:

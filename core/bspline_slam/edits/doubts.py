@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -73,31 +74,35 @@ def _leverage(association: Association, seen: Counter[int | None]) -> float:
 
 
 def _of_piece(association: Association, ids: set[int]) -> Doubt | None:
-    """The doubt about a piece: a match near the gate, one hardly better than the runner-up, or one just gated out."""
-    piece = OnPiece(association.scan, association.segment, association.first, association.last)
-    where = (piece.scan, piece.segment, piece.first, piece.last)
+    """The doubt about a piece: a match near the gate, one hardly better than the runner-up, or one just gated out; None
+    where it is too small for the queue."""
+    where = (association.scan, association.segment, association.first, association.last)
     second = next((c for c in association.candidates if c.spline != association.spline and c.spline in ids), None)
     spline = association.spline
     if association.verdict is Verdict.GATED and second is not None and second.distance < association.gate:
-        share = second.overlap
+        if second.overlap < DOUBTFUL:
+            return None
         sentence = (
-            f"Left out, though {share:.0%} of it lies within the gate of spline {second.spline}, "
+            f"Left out, though {second.overlap:.0%} of it lies within the gate of spline {second.spline}, "
             f"{1000 * second.distance:.0f} mm off."
         )
-        return Doubt(share, sentence, piece.scan, piece, overrule=(Force(*where, second.spline),))
-    if spline is None or spline not in ids or not np.isfinite(association.distance):
+        return Doubt(second.overlap, sentence, where[0], OnPiece(*where), overrule=(Force(*where, second.spline),))
+    if spline is None or spline not in ids or not math.isfinite(association.distance):
         return None
-    forbid: tuple[Edit, ...] = (Forbid(*where, spline),)
     if second is not None and second.overlap >= BESIDE and second.distance < association.gate:
         closeness = 1.0 - min(abs(second.distance - association.distance) / association.gate, 1.0)
+        if closeness < DOUBTFUL:
+            return None
         sentence = (
             f"Given to spline {spline} at {1000 * association.distance:.0f} mm, while spline {second.spline} lies "
             f"{1000 * second.distance:.0f} mm off."
         )
-        return Doubt(closeness, sentence, piece.scan, piece, overrule=(Force(*where, second.spline),))
+        return Doubt(closeness, sentence, where[0], OnPiece(*where), overrule=(Force(*where, second.spline),))
     share = association.distance / association.gate
+    if share < DOUBTFUL:
+        return None
     sentence = f"Given to spline {spline} at {1000 * association.distance:.0f} of {1000 * association.gate:.0f} mm."
-    return Doubt(min(share, 1.0), sentence, piece.scan, piece, overrule=forbid)
+    return Doubt(min(share, 1.0), sentence, where[0], OnPiece(*where), overrule=(Forbid(*where, spline),))
 
 
 def _of_hand(association: Association, ids: set[int]) -> Doubt | None:

@@ -55,9 +55,14 @@ class Answer:
     at_rest: bool
 
 
-def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None] = lambda _: None) -> Answer:
-    """The quick answer to decisions that differ from those of the footing; `tell` is called with it after each round,
-    the first time as soon as there is one."""
+def answer(
+    footing: Footing,
+    decisions: Decisions,
+    tell: Callable[[Answer], None] = lambda _: None,
+    rounds: int = MOST_ROUNDS,
+) -> Answer:
+    """The quick answer to decisions that differ from those of the footing, in so many rounds; `tell` is called with it
+    after each round, the first time as soon as there is one."""
     ground, start = footing.ground, footing.state
     changes = Changes.of(ground, decisions)
     places, drawn = _places(footing, decisions, changes)
@@ -69,7 +74,7 @@ def answer(footing: Footing, decisions: Decisions, tell: Callable[[Answer], None
     steps, number, at_rest, before_move = 0, 0, False, 0.0
     held, void = held_by_hand(decisions, changes), before.linearised(here).matrix
     found: Answer | None = None
-    while not at_rest and number < MOST_ROUNDS and steps < ENOUGH_STEPS:
+    while not at_rest and number < rounds and steps < ENOUGH_STEPS:
         number += 1
         after = put_in(ground, decisions, changes, places, count) if held and number > 1 else after
         x, taken = _direction(footing, before, after, void, here)
