@@ -16,6 +16,7 @@ import numpy as np
 from bspline_slam.adjustment.adjust import usual_records, with_estimate
 from bspline_slam.backends import back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
+from bspline_slam.corners import corners_of, meeting
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, DropLoop, Edit, OnPiece, SplitSegment
 from bspline_slam.edits.footing import Footing
@@ -122,9 +123,9 @@ def solved_again(
         progress("adjustment", min(record.index, usual - 1) / usual, record)
 
     estimate = back_end(name).solve(amended.estimate.graph, progress=note, cancelled=cancelled)
-    before = Decisions.of(amended)
-    after = replace(before, poses=estimate.poses, splines=with_estimate(before.splines, estimate))
-    return _snapshot(amended, after, estimate)
+    before, joints = Decisions.of(amended), [corner.joint for corner in corners_of(amended.map)]
+    splines = meeting(with_estimate(before.splines, estimate), joints)
+    return _snapshot(amended, replace(before, poses=estimate.poses, splines=splines), estimate)
 
 
 def _snapshot(base: Snapshot, decisions: Decisions, estimate: Estimate) -> Snapshot:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bspline_slam.adjustment.trimming import trimmed
+from bspline_slam.adjustment.trimming import on_stretch, trimmed
+from bspline_slam.corners import LOOSE, corners_of
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import (
     CloseLoop,
@@ -78,7 +79,19 @@ def supported(ground: Ground, decisions: Decisions) -> Decisions:
     feet = find_feet(sights, chosen, decisions.poses, adjustment.gates[-1])
     cut = trimmed(chosen, sights, feet, adjustment.trimming, ground.model)
     before = {spline.id: spline for spline in chosen}
+    corners = corners_of(ground.decisions.splines)
+    ended, started = {corner.before for corner in corners}, {corner.after for corner in corners}
     for after in cut:
-        if after is not before[after.id]:
-            decisions = decisions.with_spline(after)
+        whole = before[after.id]
+        span = (
+            _at_corner(whole.span[0], after.span[0]) if after.id in started else after.span[0],
+            _at_corner(whole.span[1], after.span[1]) if after.id in ended else after.span[1],
+        )
+        if span != whole.span:
+            decisions = decisions.with_spline(on_stretch(whole, span, ground.model))
     return decisions
+
+
+def _at_corner(corner: float, seen: float) -> float:
+    """Where a spline ends that met another at the parameter `corner` and is seen up to another one."""
+    return corner if abs(seen - corner) <= LOOSE else seen

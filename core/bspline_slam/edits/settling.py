@@ -13,6 +13,7 @@ from bspline_slam.backends.check import check_anchored
 from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.protocol import Cancelling, never
 from bspline_slam.backends.statistics import estimate_of
+from bspline_slam.corners import corners_of, meeting
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.descent import Packed, descended
 from bspline_slam.edits.footing import Footing
@@ -39,6 +40,7 @@ def settled(
     Loose are beams that a person holds to a spline, and what has moved far since it was linearised.
     """
     changes = Changes.of(ground, decisions)
+    joints = {corner.joint for each in (ground.decisions, decisions) for corner in corners_of(each.splines)}
     held, moves, number, factor, layout = held_by_hand(decisions, changes), (np.inf, np.inf), 0, None, None
     while True:
         progress("edits", number / MOST_ROUNDS, None)
@@ -55,6 +57,7 @@ def settled(
     descent, factor = descended(packed, factor, descent.state, Stopping(), cancelled)
     estimate = estimate_of(problem.graph, packed.curves, packed.edges, descent)
     decisions = _at(decisions, problem.graph, descent.state)
+    decisions = replace(decisions, splines=meeting(decisions.splines, sorted(joints)))
     ground = replace(ground, decisions=decisions, estimate=estimate, seen=problem.seen)
     return Footing(ground, packed, descent.state, descent.records[-1].cost, factor)
 

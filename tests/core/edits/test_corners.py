@@ -7,11 +7,13 @@ import pytest
 
 from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines
 from bspline_slam.corners import Corner, corners_of
-from bspline_slam.edits.amend import decide, settled
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, Ignore, PinPose, SplitSpline
-from bspline_slam.edits.ground import Ground
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.edits.ground import Ground, middles
+from bspline_slam.edits.making import decided
+from bspline_slam.edits.settling import settled
+from bspline_slam.flat_factors import FlatFactors
+from bspline_slam.slam import SlamConfig
 from core.mapped_room import MODEL, disturbed, seen_from
 
 
@@ -23,16 +25,16 @@ def ground() -> Ground:
     config = AdjustmentConfig()
     after, estimate = adjust_splines(keys, start, splines, factors, config, MODEL, "direct", lambda share, record: None)
     decisions = Decisions(estimate.poses, tuple(keys), after, tuple(factors), ())
-    return Ground(decisions, estimate, SlamConfig(), MODEL)
+    factors_seen = FlatFactors.of(estimate.graph.spline_factors)
+    seen = middles(factors_seen, estimate.poses, estimate.control_points)
+    return Ground(decisions, estimate, SlamConfig(), MODEL, seen)
 
 
 def edited(ground: Ground, *edits: Edit) -> Decisions:
     """The decisions with these edits, solved."""
-    splines, poses = ground.decisions.splines, ground.decisions.poses
-    base = Snapshot(poses, np.arange(len(poses)), (), splines, (), ground.estimate, ground.decisions.keys)
-    ground, decisions, skipped = decide(ground, base, edits)
+    decisions, skipped = decided(ground, ground.decisions, edits)
     assert skipped == (None,) * len(edits)
-    return settled(ground, decisions)[0]
+    return settled(ground, decisions).ground.decisions
 
 
 def joints(decisions: Decisions) -> set[tuple[int, int]]:
