@@ -88,6 +88,18 @@ class FlatFactors(Sequence[SplineFactor]):
             constant=self.constant[which],
         )
 
+    def compact(self) -> FlatFactors:
+        """The same without what no factor of A and b reads; itself, where that is less than half of what one reads."""
+        lengths = np.column_stack([2 * self.size[:, 0] * self.size[:, 1], self.size[:, 0]])
+        if 1.5 * lengths[:, 0].sum() >= len(self.A):
+            return self
+        begins = np.cumsum(lengths, axis=0) - lengths
+        A, b = (
+            values[np.repeat(self.start[:, k] - begins[:, k], lengths[:, k]) + np.arange(lengths[:, k].sum())]
+            for k, values in enumerate((self.A, self.b))
+        )
+        return replace(self, start=begins, A=A, b=b)
+
     @property
     def measured(self) -> Int[np.ndarray, "f"]:
         """How many numbers each factor measures: a distance for each beam; where it sums nothing up beyond its rows,

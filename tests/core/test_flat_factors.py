@@ -63,3 +63,13 @@ def test_gauges_measure_nothing_and_sums_as_many_as_their_readings() -> None:
     given = factors(12, 3)
     wanted = [0 if f.readings == 0 else f.readings if f.constant > 0 else len(f.b) for f in given]
     assert FlatFactors.of(given).measured.tolist() == wanted
+
+
+def test_compact_they_hold_no_more_than_is_read() -> None:
+    given = factors(30, 4)
+    flat = FlatFactors.of(given)
+    assert flat.compact() is flat
+    few = flat.chosen(np.arange(30) % 5 == 1)
+    assert_same(few.compact(), given[1::5])
+    assert len(few.compact().A) == sum(factor.A.size for factor in given[1::5])
+    assert len(few.compact().b) == sum(factor.b.size for factor in given[1::5])

@@ -15,10 +15,11 @@ from splinescope.computing.worker import Worker
 
 
 class Editor(Worker):
-    """Hands edits to a process that does nothing else; each method returns the number of its job."""
+    """Hands edits to a process that does nothing else, and that a person waits for; each method returns the number of
+    its job."""
 
     def __init__(self, post: Callable[[Message], None]) -> None:
-        super().__init__(post, "splinescope.computing.edit_jobs")
+        super().__init__(post, "splinescope.computing.edit_jobs", niceness=0)
 
     def prepare(self, kept: bytes, config: SlamConfig) -> int:
         """Get ready for edits of a result."""

@@ -40,8 +40,10 @@ class Worker:
     Jobs are numbered from 1 in the order of asking and done in that order, by the class `Jobs` of the module `jobs`.
     """
 
-    def __init__(self, post: Callable[[Message], None], jobs: str = "splinescope.computing.jobs") -> None:
-        self._post = post
+    def __init__(
+        self, post: Callable[[Message], None], jobs: str = "splinescope.computing.jobs", niceness: int = NICENESS
+    ) -> None:
+        self._post, self._niceness = post, niceness
         self._jobs = jobs
         self._context = multiprocessing.get_context("spawn")
         self._cancelled = self._context.Value("q", 0, lock=False)
@@ -57,7 +59,10 @@ class Worker:
         inbox, outbox = self._context.Pipe(duplex=False)
         self._requests, self._sent, self._amended = self._context.Queue(), b"", b""
         process = self._process = self._context.Process(
-            target=serve, args=(self._requests, outbox, self._cancelled, self._jobs), name=self._jobs, daemon=True
+            target=serve,
+            args=(self._requests, outbox, self._cancelled, self._jobs, self._niceness),
+            name=self._jobs,
+            daemon=True,
         )
         process.start()
         outbox.close()
@@ -142,10 +147,10 @@ def obituary(exit_code: int | None) -> str:
     return f"The estimator ended unexpectedly ({reason}). What it had sent before stands."
 
 
-def serve(requests: Any, outbox: Connection, cancelled: Any, jobs_module: str) -> None:
+def serve(requests: Any, outbox: Connection, cancelled: Any, jobs_module: str, niceness: int) -> None:
     """The process: do requests for ever. It ends with the process that started it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(NICENESS)
+    os.nice(niceness)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     jobs = import_module(jobs_module).Jobs(outbox.send)  # slow to import: the estimator and its solvers
     backlog = Backlog(requests, jobs, cancelled)

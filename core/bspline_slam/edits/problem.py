@@ -143,13 +143,14 @@ class Problem:
             *(term for term in on_splines(old, bends_of(ground)) if term[0] not in drawn),
             *(term for term in on_splines(new, new.shape_priors) if term[0] in drawn),
         ]
+        factors = FlatFactors.joined([moved_to(old, was, stay, places), moved_to(new, told, come, places)])
         graph = Graph(
             key_scans=old.key_scans,
             poses=decisions.poses,
             spline_ids=np.array([spline.id for spline in splines], dtype=np.int64),
             spline_first=offsets,
             control_points=np.concatenate([np.zeros((0, 2)), *(spline.curve.control_points for spline in splines)]),
-            spline_factors=FlatFactors.joined([moved_to(old, was, stay, places), moved_to(new, told, come, places)]),
+            spline_factors=factors.compact(),
             pose_factors=pose_factors(ground, decisions),
             pose_priors=(old.pose_priors[0], *pins(decisions, ground.config.adjustment.anchor)),
             shape_priors=(*placed(bends, places), *pinned(decisions, places)),
