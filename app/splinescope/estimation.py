@@ -27,10 +27,20 @@ class Estimator(Protocol):
 
     def process(self, log: told.LogFile, config: SlamConfig) -> int: ...
     def solve(
-        self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+        self,
+        log: told.LogFile,
+        kept: bytes,
+        config: SlamConfig,
+        edits: tuple[Edit, ...] = (),
+        amended: bytes | None = None,
     ) -> int: ...
     def covariances(
-        self, log: told.LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
+        self,
+        log: told.LogFile,
+        kept: bytes,
+        config: SlamConfig,
+        edits: tuple[Edit, ...] = (),
+        amended: bytes | None = None,
     ) -> int: ...
     def measure(
         self,
