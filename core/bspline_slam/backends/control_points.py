@@ -9,6 +9,7 @@ from scipy.linalg import solveh_banded
 from bspline_slam.backends.gauss_newton import STEP_INFORMATION, State
 from bspline_slam.backends.packing import CurveTerms, EdgeTerms, pack_curves, pack_edges
 from bspline_slam.backends.pattern import Blocks, find_pattern, linearise_terms
+from bspline_slam.backends.threads import single_thread
 from bspline_slam.graph import Graph
 
 STEPS = 2
@@ -35,7 +36,8 @@ def fit_control_points(
     pattern = find_pattern(curves, edges, len(control_points))
     for _ in range(STEPS):
         blocks = linearise_terms(curves, edges, pattern, State(poses, control_points))
-        step = solveh_banded(curve_band(blocks), -blocks.gradient.control_points.ravel(), lower=True)
+        with single_thread():
+            step = solveh_banded(curve_band(blocks), -blocks.gradient.control_points.ravel(), lower=True)
         control_points = control_points + step.reshape(-1, 2)
     return control_points
 
