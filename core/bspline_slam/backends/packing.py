@@ -51,7 +51,6 @@ class CurveTerms:
             poses, control_points, self.observer, self.first, self.size, self.start, self.A, self.b
         )
 
-
     def squares(
         self, poses: Float[np.ndarray, "n 3"], control_points: Float[np.ndarray, "N 2"]
     ) -> Float[np.ndarray, "f"]:
