@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 
 from app.chromium import Window, until
 from app.logs import file_of
-from app.running import COMPILING, running_viewer
+from app.running import COMPILING, running_viewer, settled
 from bspline_slam.backends import BACK_ENDS
 from bspline_slam.logs import open_log
 from splinescope.comparison import largest_pose_difference
@@ -39,7 +39,9 @@ Opener = Callable[..., Window]
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
     """The application with three splines, processed."""
     with running_viewer(SAMPLES / "three_splines.log.gz", tmp_path_factory.mktemp("memory") / "session.json") as viewer:
-        until(lambda: viewer.session.result and viewer.session.activity is None, "the end of processing", COMPILING)
+        session = viewer.session
+        ended = "the end of processing"
+        settled(viewer, lambda: session.result is not None and session.activity is None, ended, COMPILING)
         yield viewer
 
 
@@ -64,7 +66,7 @@ def press(window: Window, viewer: Viewer, button: str) -> Result:
     """Press a button that starts a job; the result it brings, once the estimator is idle."""
     session, before = viewer.session, viewer.session.results.made
     window.page.get_by_role("button", name=button).click()
-    until(lambda: session.results.made > before and session.activity is None, "a result", COMPILING)
+    settled(viewer, lambda: session.results.made > before and session.activity is None, "a result", COMPILING)
     assert session.troubles == ()
     assert session.result is not None
     return session.result
