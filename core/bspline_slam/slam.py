@@ -14,6 +14,7 @@ from bspline_slam.adjustment.adjust import AdjustmentConfig, Foreseen, adjust_sp
 from bspline_slam.association import Association, AssociationConfig
 from bspline_slam.backends import BACK_ENDS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, Marginals, never
+from bspline_slam.backends.threads import in_one_thread
 from bspline_slam.calibration.laser import LaserCalibration, laser_calibration
 from bspline_slam.calibration.laser_correction import LaserCorrection
 from bspline_slam.calibration.odometry_noise import with_learnt_noise
@@ -433,6 +434,7 @@ class Slam:
         )
 
 
+@in_one_thread
 def run_slam(
     log: ScanLog, config: SlamConfig | None = None, *, progress: StageProgress = quiet, cancelled: Cancelling = never
 ) -> SlamResult:

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from bspline_slam.backends.protocol import IterationRecord
+from bspline_slam.backends.threads import in_one_thread
 from bspline_slam.config import config_from_dict, read_config_file
 from bspline_slam.errors import Cancelled
 from bspline_slam.export.map_json import Covariances, map_to_json
@@ -29,6 +30,7 @@ Progress = Callable[[str, float], None]
 Cancelling = Callable[[], bool]
 
 
+@in_one_thread
 def run_and_write(
     log_path: Path,
     out: Path,

@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, runtime_checkable
 
+from bspline_slam.backends.threads import single_thread
 from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig
@@ -154,9 +155,10 @@ def serve(requests: Any, outbox: Connection, cancelled: Any, jobs_module: str, n
     threading.Thread(target=_end_with_parent, daemon=True).start()
     jobs = import_module(jobs_module).Jobs(outbox.send)  # slow to import: the estimator and its solvers
     backlog = Backlog(requests, jobs, cancelled)
-    while True:
-        request = backlog.next()
-        jobs.do(request, backlog.asked_by(request))
+    with single_thread():
+        while True:
+            request = backlog.next()
+            jobs.do(request, backlog.asked_by(request))
 
 
 @runtime_checkable
