@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import logging
 
-from bspline_slam.errors import SplineSlamError
+from bspline_slam.errors import SplineSlamError, as_sentence
 from splinescope import commands as ask
-from splinescope.actions import Answer, PageRequest, find
+from splinescope.actions import Action, Answer, PageRequest, find
 from splinescope.guide import Guide
 from splinescope.notice import Notice
 from splinescope.picking import pick, pick_box, pick_piece
@@ -53,9 +53,7 @@ class Attendant:
         if action is None:
             logger.warning("no action is called %.80s", name)
             return
-        refusal = action.refusal(session)
-        if refusal is not None:
-            session.tell(Notice(action.words, refusal))
+        if self._refused(action):
             return
         match action.request(session):
             case PageRequest() as request:
@@ -69,14 +67,19 @@ class Attendant:
         if action is None or action.asks is None:
             logger.warning("no question is called %.80s", answer.action)
             return
-        refusal = action.refusal(session)
-        if refusal is not None:
-            session.tell(Notice(action.words, refusal))
+        if self._refused(action):
             return
         try:
             session.apply(action.asks.command(answer.text))
         except SplineSlamError as error:
-            session.tell(Notice(action.words, f"{str(error)[:1].upper()}{str(error)[1:]}."))
+            session.tell(Notice(action.words, as_sentence(str(error))))
+
+    def _refused(self, action: Action) -> bool:
+        """Say why an action cannot be done, if it cannot."""
+        refusal = action.refusal(self._session)
+        if refusal is not None:
+            self._session.tell(Notice(action.words, refusal))
+        return refusal is not None
 
     def _add(self, click: Click, near: float) -> None:
         found = pick_piece(self._session.view, click.point, near)

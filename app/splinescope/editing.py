@@ -12,7 +12,7 @@ from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, splines
 from bspline_slam.edits.explain import Explanation
 from bspline_slam.edits.history import Accept, Accepted, GoTo, History, Operation, Switch
 from bspline_slam.edits.journal import Journal, Origin
-from bspline_slam.errors import EditError
+from bspline_slam.errors import EditError, as_sentence
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamStep
 from splinescope.activity import Activity, Work, stage_in_words
@@ -100,9 +100,7 @@ class Editing:
         try:
             self._journal = self._journals.open(self._origin)
         except EditError as error:
-            self._tell(
-                Notice("Edits from before cannot be taken up", f"{str(error)[:1].upper()}{str(error)[1:]}.", bad=True)
-            )
+            self._tell(Notice("Edits from before cannot be taken up", as_sentence(str(error)), bad=True))
             return
         for note in self._journal.notes:
             self._tell(Notice("The journal of edits", note))

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.edits.edit import Edit
-from bspline_slam.errors import ConfigError
+from bspline_slam.errors import ConfigError, as_sentence
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot, check_names
 from splinescope.activity import Activity, Work, counted, duration, stage_in_words
@@ -148,7 +148,7 @@ class Estimation:
         try:
             check_names(recipe.config())
         except ConfigError as error:
-            return f"{str(error)[:1].upper()}{str(error)[1:]}."
+            return as_sentence(str(error))
         return None
 
     def solve_refusal(self, recipe: Recipe) -> str | None:

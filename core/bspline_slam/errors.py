@@ -42,3 +42,8 @@ class EditError(SplineSlamError):
 
 class Cancelled(SplineSlamError):
     """A long job was stopped by its user; what was done before stands."""
+
+
+def as_sentence(text: str) -> str:
+    """What is wrong, as a message of its own: with a capital letter and a full stop."""
+    return f"{text[:1].upper()}{text[1:]}."

@@ -14,7 +14,7 @@ from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.edits.amend import amended, solved_again
 from bspline_slam.edits.edit import Edit
-from bspline_slam.errors import Cancelled, LogError, SplineSlamError
+from bspline_slam.errors import Cancelled, LogError, SplineSlamError, as_sentence
 from bspline_slam.lab.certainty import sigmas_along
 from bspline_slam.lab.scan_consistency import scan_consistency
 from bspline_slam.logs import open_log
@@ -113,7 +113,7 @@ class Jobs:
         try:
             return measure(snapshot.estimate, snapshot.map, self._factor[1], first, second)
         except SplineSlamError as error:
-            return f"{str(error)[:1].upper()}{str(error)[1:]}."
+            return as_sentence(str(error))
 
     def _unpacked(self, kept: bytes) -> Done:
         """What a request is about: the latest map, that of the request before, or another one."""

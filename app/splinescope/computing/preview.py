@@ -16,7 +16,7 @@ from bspline_slam.edits.loop_edits import moved_poses
 from bspline_slam.edits.making import edited
 from bspline_slam.edits.piece_edits import across
 from bspline_slam.edits.quick import Answer, answer
-from bspline_slam.errors import EditError
+from bspline_slam.errors import EditError, as_sentence
 from bspline_slam.front_end.mapping import carried
 from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
@@ -44,7 +44,7 @@ def with_edits(ground: Ground, decisions: Decisions, edits: tuple[Edit, ...]) ->
         for edit in edits:
             decisions = edited(ground, decisions, edit)
     except EditError as error:
-        return before, f"{str(error)[:1].upper()}{str(error)[1:]}."
+        return before, as_sentence(str(error))
     return decisions, None
 
 

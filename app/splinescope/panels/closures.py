@@ -8,6 +8,7 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
+from bspline_slam.errors import as_sentence
 from bspline_slam.front_end.loop_closure import LoopClosure
 from splinescope import table
 from splinescope.closures import ROWS, ClosurePage, Which, chosen, pages
@@ -88,7 +89,7 @@ def row(closure: LoopClosure, move: Float[np.ndarray, "2"] | None) -> tuple[tupl
         off,
         f"{SIGNS[closure.verdict]} {closure.verdict}",
     )
-    return cells, "" if closure.accepted else f"{closure.reason[:1].upper()}{closure.reason[1:]}."
+    return cells, "" if closure.accepted else as_sentence(closure.reason)
 
 
 def distance(metres: float) -> str:

@@ -17,7 +17,7 @@ from bspline_slam.edits.edit import CloseLoop, Edit, Force, MakeNew, OnPiece, Pi
 from bspline_slam.edits.exchange import robust_weight
 from bspline_slam.edits.piece_edits import across
 from bspline_slam.edits.problem import owners
-from bspline_slam.errors import EditError
+from bspline_slam.errors import EditError, as_sentence
 from bspline_slam.flat_factors import FlatFactors
 from bspline_slam.slam import SlamConfig, Snapshot
 
@@ -88,7 +88,7 @@ def explain(
     assert base.estimate is not None and after.estimate is not None
     decisions = Decisions.of(after)
     outcomes = (
-        Outcome(Fate.SKIPPED, f"{reason[:1].upper()}{reason[1:]}.") if reason else outcome(edit, decisions, config)
+        Outcome(Fate.SKIPPED, as_sentence(reason)) if reason else outcome(edit, decisions, config)
         for edit, reason in zip(edits, skipped, strict=True)
     )
     moves = np.linalg.norm((decisions.poses - Decisions.of(base).poses)[:, :2], axis=1)
