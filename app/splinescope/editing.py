@@ -55,6 +55,7 @@ class Editing:
         self._origin: Origin | None = None
         self._journal: Journal | None = None
         self._jobs: dict[str, int] = {}
+        self._glimpsed = 0
         self._in_map: tuple[Edit, ...] = ()
         self._settled_at = 0
         self._progress: Progress | None = None
@@ -187,6 +188,7 @@ class Editing:
             self._do(Accept(proposal.name, self._now(), proposal.edits))
             if self.making and proposal.preview is not None and proposal.preview.ghost is not None:
                 self._show.glimpse(proposal.preview.ghost)
+                self._glimpsed = self._jobs["make"]
 
     # -- history -------------------------------------------------------------------------------------------------
     def undo(self) -> None:
@@ -313,7 +315,7 @@ class Editing:
                 self._progress = message
             case told.PreviewFound(preview=preview) if self.proposal is not None:
                 self.proposal = replace(self.proposal, preview=preview)
-            case told.QuickAnswer(ghost=ghost):
+            case told.QuickAnswer(ghost=ghost) if message.job != self._glimpsed:
                 self._show.glimpse(ghost)
             case told.DoubtsFound(doubts=doubts):
                 if what == "prepare":

@@ -49,7 +49,7 @@ class LineStyle(Enum):
 
 
 _PATTERNS = {
-    LineStyle.DASHED: (9.0, 6.0),
+    LineStyle.DASHED: (12.0, 8.0),
     LineStyle.DOTTED: (2.5, 4.5),
     LineStyle.DASH_DOT: (11.0, 4.0, 2.5, 4.0),
 }

@@ -28,6 +28,8 @@ DRAWS_PER_SECOND = 30.0
 PANELS_PER_SECOND = 8.0
 MARKS_PER_SECOND = 1.0
 LONGEST_REST = 0.25
+AFTER_DRAWING = 0.03
+"""Panels wait so long (s) after the beginning of a drawing, so that the picture leaves first."""
 
 
 class Presenter:
@@ -53,14 +55,23 @@ class Presenter:
     @property
     def seconds_idle(self) -> float:
         """How long there is nothing to show, if nothing comes."""
-        revision = self._session.revision
-        if self._session.playback.playing or revision != self._drawn:
-            due = self._draw_time + 1.0 / DRAWS_PER_SECOND
-        elif revision != self._refreshed:
-            due = self._panel_time + 1.0 / PANELS_PER_SECOND
-        else:
-            return LONGEST_REST
-        return max(due - time.monotonic(), 0.001)
+        due = [time.monotonic() + LONGEST_REST]
+        if self._session.playback.playing or self._session.revision != self._drawn:
+            due.append(self._draw_time + 1.0 / DRAWS_PER_SECOND)
+        if self._session.revision != self._refreshed:
+            due.append(self._panels_due)
+        if self._marks_of != self._to_be_marked:
+            due.append(max(self._panels_due, self._mark_time + 1.0 / MARKS_PER_SECOND))
+        return max(min(due) - time.monotonic(), 0.001)
+
+    @property
+    def _panels_due(self) -> float:
+        return max(self._panel_time + 1.0 / PANELS_PER_SECOND, self._draw_time + AFTER_DRAWING)
+
+    @property
+    def _to_be_marked(self) -> tuple[object, ...]:
+        findings = self._session.findings
+        return findings, len(findings.steps), findings.snapshot
 
     def show(self) -> None:
         """Show what has changed, if its time has come."""
@@ -68,21 +79,35 @@ class Presenter:
         self._notify()
         if session.revision != self._drawn and now - self._draw_time >= 1.0 / DRAWS_PER_SECOND:
             self._draw_time, self._drawn = now, session.revision
-            self._scene.draw(session.view)
-            self._page.timeline(self._timeline())
-            self._look()
-        if session.revision != self._refreshed and now - self._panel_time >= 1.0 / PANELS_PER_SECOND:
+            self._draw()
+        elif session.revision != self._refreshed and now >= self._panels_due:
             self._panel_time, self._refreshed = now, session.revision
-            with self._page.server.atomic():
-                self._side_bar.refresh(session)
-            self._say("refusals", refusals(session))
-            self._say("tour", self._guide.card)
-            stage = stage_of(session)
-            self._say("stage", None if stage is None else asdict(stage))
-            activity = session.activity
-            fraction = activity.fraction if activity is not None else None
-            said = typeset(status_line(session))
-            self._say("status", {"text": said, "busy": activity is not None, "fraction": fraction})
+            self._refresh()
+        elif self._marks_of != self._to_be_marked and now - self._mark_time >= 1.0 / MARKS_PER_SECOND:
+            self._marks_of, self._mark_time = self._to_be_marked, now
+            self._marks = marks(session.findings)
+            self._page.timeline(self._timeline())
+
+    def _draw(self) -> None:
+        """The picture and the place on the timeline, on their way before anything else is done."""
+        self._scene.draw(self._session.view)
+        self._page.timeline(self._timeline())
+        self._look()
+        self._page.server.flush()
+
+    def _refresh(self) -> None:
+        """The panels, the buttons and what is said."""
+        session = self._session
+        with self._page.server.atomic():
+            self._side_bar.refresh(session)
+        self._say("refusals", refusals(session))
+        self._say("tour", self._guide.card)
+        stage = stage_of(session)
+        self._say("stage", None if stage is None else asdict(stage))
+        activity = session.activity
+        fraction = activity.fraction if activity is not None else None
+        said = typeset(status_line(session))
+        self._say("status", {"text": said, "busy": activity is not None, "fraction": fraction})
 
     def page_moved(self) -> None:
         """Some page sees another part of the world, or a new one has come."""
@@ -184,16 +209,8 @@ class Presenter:
             playing=playback.playing,
             speed=playback.speed,
             label=f"{seconds:.1f} s",
-            marks=self._current_marks(),
+            marks=self._marks,
         )
-
-    def _current_marks(self) -> tuple[Mark, ...]:
-        findings, now = self._session.findings, time.monotonic()
-        sources = (findings, len(findings.steps), findings.snapshot)
-        if sources != self._marks_of and now - self._mark_time >= 1.0 / MARKS_PER_SECOND:
-            self._marks_of, self._mark_time = sources, now
-            self._marks = marks(findings)
-        return self._marks
 
     def _say(self, topic: str, value: object) -> None:
         """Give every page a value, if it is another one than before."""

@@ -12,7 +12,7 @@ from app.inline import session_with
 from app.logs import corridor_log
 from splinescope.browser.page import Page, Viewport
 from splinescope.guide import Guide
-from splinescope.presenter import Presenter
+from splinescope.presenter import LONGEST_REST, Presenter
 
 
 def test_a_page_that_said_what_it_sees_before_it_was_known_is_shown_the_map(
@@ -33,3 +33,21 @@ def test_a_page_that_said_what_it_sees_before_it_was_known_is_shown_the_map(
     assert fitted == [1]
     presenter.page_moved()
     assert fitted == [1], "once is enough: from then on it is its person's"
+
+
+def test_the_picture_leaves_before_the_panels_are_brought_up_to_date(
+    page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session, _ = session_with(corridor_log(np.random.default_rng(8), 30))
+    presenter = Presenter(page, session, Guide(session), lambda item: None)
+    sent: list[str] = []
+    monkeypatch.setattr(page, "send", lambda topic, value, client=None: sent.append(topic))
+    monkeypatch.setattr(page.server, "flush", lambda: sent.append("on its way"))
+    session.revision += 1
+    presenter.show()
+    assert "timeline" in sent
+    assert sent[-1] == "on its way"
+    while "status" not in sent:
+        assert presenter.seconds_idle < LONGEST_REST, "there is more to show"
+        presenter.show()
+    assert sent.index("on its way") < sent.index("refusals")

@@ -211,10 +211,10 @@ def test_only_what_changed_is_sent(page: Page, view: View) -> None:
 def test_a_step_through_a_building_sends_kilobytes(page: Page, building: View) -> None:
     scene, ledger = Scene(page), Ledger(page)
     scene.draw(building)
-    assert ledger.spent() > 100_000
+    whole = ledger.spent()
     assert building.scan is not None
     scene.draw(replace(building, scan=replace(building.scan, pose=building.scan.pose + 0.01)))
-    assert ledger.spent() < 40_000
+    assert ledger.spent() < min(40_000, whole)
 
 
 def test_the_browser_shows_what_is_drawn(page: Page, view: View, open_window) -> None:

@@ -8,12 +8,14 @@ from hypothesis import strategies as st
 from app import views
 from bspline_slam.bspline import BSpline, clamped_knots
 from splinescope.browser.values import Viewport
-from splinescope.palette import Glyph, LineStyle
+from splinescope.palette import Glyph, LineStyle, theme
+from splinescope.scene import ghost_layers
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import OVERVIEW, Detail
 from splinescope.scene.ellipses import ellipses
 from splinescope.scene.paths import simplified
 from splinescope.scene.strokes import broken, dashed, glyphs
+from splinescope.view import GhostView
 
 seeds = st.integers(0, 2**32 - 1)
 WARNING = np.array([213, 94, 0], dtype=np.uint8)
@@ -67,7 +69,7 @@ def test_a_curve_outside_of_the_window_costs_little() -> None:
     curve = views.spline_along(np.array([[0.0, 0.0], [1.0, 0.3], [2.0, -0.5], [3.0, 1.0]]))
     near, _ = sampled([curve], [curve.domain], Detail(0.001, (-1.0, -1.0, 4.0, 4.0)))
     far, _ = sampled([curve], [curve.domain], Detail(0.001, (50.0, 50.0, 60.0, 60.0)))
-    assert len(far) == len(curve.control_points) - curve.degree < len(near)
+    assert len(far) <= len(curve.control_points) - curve.degree < len(near)
 
 
 @given(seed=seeds, tolerance=st.floats(0.01, 1.0))
@@ -77,7 +79,7 @@ def test_a_simplified_path_stays_near_the_path(seed: int, tolerance: float) -> N
     short = simplified(path, tolerance)
     segments = np.stack([short[:-1], short[1:]], axis=1)
     assert np.array_equal(short[[0, -1]], path[[0, -1]])
-    assert distance_to(segments, path).max() <= 1.8 * tolerance
+    assert distance_to(segments, path).max() <= tolerance + 1e-9
 
 
 def test_a_robot_at_rest_costs_two_points() -> None:
@@ -157,3 +159,12 @@ def test_the_window_of_a_detail_holds_all_that_is_seen(x: float, y: float, scale
     detail = Detail.of(viewport)
     assert detail.inside(corners).all()
     assert 0.8 < detail.pixel / scale < 1.25
+
+
+def test_of_moves_from_one_place_the_longest_is_drawn_and_none_that_would_be_a_dot() -> None:
+    detail, start = Detail(0.01, EVERYWHERE), np.array([[1.005, 1.005], [1.006, 1.006], [3.0, 3.0], [5.0, 5.0]])
+    step = np.array([[0.2, 0.0], [0.3, 0.0], [0.0, 0.4], [0.0, 0.001]])
+    view = GhostView(moves=np.stack([start, start + step], axis=1))
+    drawn = ghost_layers.moves(view, theme(dark=True), detail)
+    assert np.array_equal(drawn.segments, view.moves[[1, 2]])
+    assert len(ghost_layers.moves(GhostView(), theme(dark=True), detail)) == 0

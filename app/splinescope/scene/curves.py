@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam.bspline import BSpline
 from splinescope.scene.detail import Detail
+from splinescope.scene.paths import needed
 
 FINEST = 24  # pieces that one polynomial is ever cut into
 
@@ -63,6 +65,7 @@ class Pieces:
         return np.linalg.norm(np.concatenate([second, np.stack(ends, axis=1)], axis=1), axis=-1).max(axis=1) / 8.0
 
 
+@lru_cache(maxsize=8192)
 def _pieces(curve: BSpline, span: Span) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     degree, knots = curve.degree, curve.knots
     index = np.arange(degree, len(curve.control_points))
@@ -76,23 +79,35 @@ def _pieces(curve: BSpline, span: Span) -> tuple[np.ndarray, np.ndarray, np.ndar
 def sampled(
     curves: Sequence[BSpline], spans: Sequence[Span], detail: Detail, tolerance: float = 0.4
 ) -> tuple[Float[np.ndarray, "m 2 2"], Int[np.ndarray, "m"]]:
-    """Line segments that follow the curves to `tolerance` pixels, and the index of the curve of each.
+    """Line segments that follow the curves to twice `tolerance` pixels, and the index of the curve of each.
 
-    Outside of the detail's window one segment per polynomial has to do.
+    Outside of the detail's window one point per polynomial has to do.
     """
-    segments, owners = [np.zeros((0, 2, 2))], [np.zeros(0, dtype=int)]
+    vertices, owners = [np.zeros((0, 2))], [np.zeros(0, dtype=int)]
     for degree in sorted({curve.degree for curve in curves}):
         chosen = [i for i, curve in enumerate(curves) if curve.degree == degree]
         pieces = Pieces.of([curves[i] for i in chosen], [spans[i] for i in chosen], chosen)
-        if len(pieces.start) == 0:
-            continue
-        fineness = np.ceil(np.sqrt(pieces.bulge() / (tolerance * detail.pixel)))
-        near = detail.inside(pieces.control_points[:, 0]) | detail.inside(pieces.control_points[:, -1])
-        count = np.where(near, np.clip(fineness, 1, FINEST), 1).astype(int)
-        piece = np.repeat(np.arange(len(count)), count)
-        step = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
-        share = 1.0 / count[piece]
-        ends = [pieces.at(piece, step * share), pieces.at(piece, (step + 1) * share)]
-        segments.append(np.stack(ends, axis=1))
-        owners.append(pieces.curve[piece])
-    return np.concatenate(segments), np.concatenate(owners)
+        if len(pieces.start):
+            points, owner = _vertices(pieces, detail, tolerance * detail.pixel)
+            vertices.append(points)
+            owners.append(owner)
+    points, owner = np.concatenate(vertices), np.concatenate(owners)
+    changes = owner[1:] != owner[:-1]
+    kept = needed(points, np.append(True, changes) | np.append(changes, True), tolerance * detail.pixel)
+    points, owner = points[kept], owner[kept]
+    whole = owner[1:] == owner[:-1]
+    return np.stack([points[:-1][whole], points[1:][whole]], axis=1), owner[:-1][whole]
+
+
+def _vertices(
+    pieces: Pieces, detail: Detail, tolerance: float
+) -> tuple[Float[np.ndarray, "v 2"], Int[np.ndarray, "v"]]:
+    """Points along the curves, whose chords stay within `tolerance` (m) of them, and the curve of each."""
+    fineness = np.ceil(np.sqrt(pieces.bulge() / tolerance))
+    near = detail.inside(pieces.control_points[:, 0]) | detail.inside(pieces.control_points[:, -1])
+    count = np.where(near, np.clip(fineness, 1, FINEST), 1).astype(int)
+    last = np.append(pieces.curve[1:] != pieces.curve[:-1], True)
+    count_with_end = count + last
+    piece = np.repeat(np.arange(len(count)), count_with_end)
+    step = np.arange(len(piece)) - np.repeat(np.cumsum(count_with_end) - count_with_end, count_with_end)
+    return pieces.at(piece, step / count[piece]), pieces.curve[piece]

@@ -8,17 +8,19 @@ from splinescope.palette import PURPLE, Glyph, LineStyle, Theme
 from splinescope.scene.curves import sampled
 from splinescope.scene.detail import Detail
 from splinescope.scene.paths import simplified
-from splinescope.scene.strokes import Strokes, broken, dashed, glyphs, polyline
+from splinescope.scene.strokes import Strokes, broken, dashed, glyphs
 from splinescope.view import GhostView
 
 GLYPH_PIXELS = 3.0
+CELL_PIXELS, LEAST_PIXELS = 6.0, 1.5
+"""Of the moves, one is drawn for each cell of the picture of so many pixels, if it is at least so long."""
 
 
 def changed(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
     """Splines as they would be, dashed, and the path as it would be, dotted."""
     hue, parts = theme.legible(PURPLE), []
     if view.path is not None:
-        path = simplified(view.path[:, :2], 0.5 * detail.pixel)
+        path = simplified(view.path[:, :2], detail.pixel)
         parts.append(Strokes.of(dashed(path, LineStyle.DOTTED, detail.pixel), hue))
     if view.splines is not None and len(view.splines):
         segments, _ = sampled([s.curve for s in view.splines], [s.span for s in view.splines], detail)
@@ -36,7 +38,13 @@ def scan(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
 
 
 def moves(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
-    """Where the last edits moved key poses: a line from each, longer than the move where that is small."""
-    if view.moves is None:
+    """Where the last edits moved key poses: a line from each, longer than the move where that is small; of many that
+    begin in one place the longest, and none that would be a dot."""
+    if view.moves is None or not len(view.moves):
         return Strokes.none()
-    return Strokes.joined(Strokes.of(polyline(line), theme.legible(PURPLE)) for line in view.moves)
+    length = np.linalg.norm(view.moves[:, 1] - view.moves[:, 0], axis=1)
+    order = np.argsort(-length, kind="stable")
+    _, first = np.unique(np.floor(view.moves[order, 0] / (CELL_PIXELS * detail.pixel)), axis=0, return_index=True)
+    longest = np.sort(order[first])
+    seen = longest[length[longest] > LEAST_PIXELS * detail.pixel]
+    return Strokes.of(view.moves[seen], theme.legible(PURPLE))

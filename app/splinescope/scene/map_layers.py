@@ -172,7 +172,7 @@ def _path(path: Float[np.ndarray, "m 3"], style: LineStyle, colour: np.ndarray, 
     for run in np.split(np.arange(len(path)), np.flatnonzero(np.diff(inside)) + 1) if len(path) else ():
         reach = path[run[0] : run[-1] + 2, :2]
         if inside[run[0]]:
-            parts.append(dashed(simplified(reach, 0.5 * detail.pixel), style, detail.pixel))
+            parts.append(dashed(simplified(reach, detail.pixel), style, detail.pixel))
         else:
             parts.append(polyline(simplified(reach, max(detail.pixel, OUTSIDE))))
     return Strokes.of(np.concatenate(parts), colour)
