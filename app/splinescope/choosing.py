@@ -1,10 +1,11 @@
-"""What commands about looks do to what a person has chosen."""
+"""What commands about looks, and links, do to what a person has chosen."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from splinescope import commands as ask
+from splinescope.browser.link import Link
 from splinescope.browser.preferences import Preferences
 from splinescope.view import Colouring
 
@@ -32,3 +33,12 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
             return replace(preferences, follow_robot=on)
         case _:
             return preferences
+
+
+def linked(preferences: Preferences, link: Link) -> Preferences:
+    """The preferences with what a link asks for."""
+    return replace(
+        preferences,
+        layers=preferences.layers if link.layers is None else link.layers,
+        colouring=preferences.colouring if link.colouring is None else link.colouring,
+    )

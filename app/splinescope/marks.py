@@ -22,3 +22,11 @@ def marks(findings: Findings) -> tuple[Mark, ...]:
         *(Mark(scan, "gated") for scan in sorted(gated)),
         *(Mark(scan, "hand") for scan in sorted(by_hand)),
     )
+
+
+def next_mark(findings: Findings, kind: str, cursor: int, by: int) -> int | None:
+    """The scan of the next mark of a kind (by = 1), or of the one before (by = −1); None where there is none."""
+    places = {mark.position for mark in marks(findings) if mark.kind == kind}
+    if by > 0:
+        return min((place for place in places if place > cursor), default=None)
+    return max((place for place in places if place < cursor), default=None)

@@ -24,3 +24,16 @@ class Proposal:
     edits: tuple[Edit, ...]
     name: str
     preview: Preview | None = None
+
+
+def asks(picking: Picking | None, proposal: Proposal | None, drafting: bool) -> str:
+    """What a person is to do now, over the map: choose something, or decide on what is proposed."""
+    if picking is not None:
+        return f"{picking.value} Esc cancels."
+    if proposal is None:
+        return "Lay the purple scan where it belongs, then match it (Ctrl + Enter)." if drafting else ""
+    if proposal.preview is None:
+        return f"{proposal.name} …"
+    if proposal.preview.refusal is not None:
+        return f"{proposal.name}: {proposal.preview.refusal} Esc cancels."
+    return f"Enter accepts, Esc cancels: {proposal.name}."

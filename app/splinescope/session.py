@@ -1,4 +1,4 @@
-"""The state of the page, shared by all browsers that look: one thread owns it, commands and messages change it."""
+"""The session of the page, shared by all browsers that look: one thread owns it, commands and messages change it."""
 
 from __future__ import annotations
 
@@ -12,43 +12,36 @@ from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from splinescope import commands as ask
-from splinescope import edit_desk
-from splinescope.activity import Activity
 from splinescope.answering import Answering, Nobody
 from splinescope.browser.link import Link
 from splinescope.browser.log_view import LogView
 from splinescope.browser.preferences import Preferences
-from splinescope.browser.values import Bounds, Place
-from splinescope.choosing import preferred
+from splinescope.choosing import linked, preferred
 from splinescope.closures import ClosurePage
 from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.messages import LogFile, Measured, Message
-from splinescope.computing.solution import Solution
+from splinescope.edit_desk import EditDesk
 from splinescope.editing import Editing
 from splinescope.estimation import Estimation, Estimator
 from splinescope.findings import Findings
 from splinescope.journals import Journals
-from splinescope.map_view import view_map
+from splinescope.marks import next_mark
 from splinescope.notice import Notice
-from splinescope.observation_view import ObservationStep, ObservationView, view_observation
+from splinescope.observation_view import ObservationView
 from splinescope.playback import Playback, play_axis
 from splinescope.recipe import Recipe
-from splinescope.replay import Frames, Replay
-from splinescope.result import Result, Results
-from splinescope.ruler import Ruler, picked_from, places
-from splinescope.subject import Subject, subject_of
-from splinescope.view import GhostView, MapView, ScanView, Selection, View
-
-NO_LOG = "No log is open."
+from splinescope.recognition import recognition
+from splinescope.result import Result
+from splinescope.ruler import Ruler, picked_from
+from splinescope.shown import NO_LOG, Shown
+from splinescope.view import Selection
 
 
-class Session:
-    """Everything the page shows and how it changes.
+class Session(Shown):
+    """What is shown, and how it changes.
 
-    `opener` reads a log in the background and answers with LogOpened or LogRefused. `findings` is what is known of
-    the open log and `estimation` the work on it (None: no log is open). `revision` grows with every change; `notices`,
-    `fit_wanted` and `look_wanted`, what a page is led to, are for the viewer to take; a fit goes to `place`, where the
-    log was looked at before, and opens `tab`.
+    `opener` reads a log in the background and answers with LogOpened or LogRefused; `opening` is what it reads. Without
+    an `editor` hand edits are never answered.
     """
 
     def __init__(
@@ -60,194 +53,17 @@ class Session:
         editor: Answering | None = None,
         journals: Journals | None = None,
     ) -> None:
+        super().__init__(preferences, Editing(editor or Nobody(), journals or Journals.of_user(), self, self.tell))
         self._estimator = estimator
-        self._editor = editor
+        self._editable = editor is not None
         self._opener = opener
         self._clock = clock
-        self.preferences = preferences
-        self.revision = 0
-        self.notices: list[Notice] = []
-        self.troubles: tuple[str, ...] = ()
-        self.fit_wanted = False
-        self.look_wanted: Bounds | None = None
-        self.opening: ask.OpenLog | None = None
-        self.title = ""
-        self.findings = Findings()
-        self.estimation: Estimation | None = None
-        self.recipe = Recipe()
-        self._compared: tuple[Result, MapView] | None = None
-        self.playback = Playback(speed=preferences.speed)
-        self.following = True
-        self.selection: Selection | None = None
-        self.place: Place | None = None
-        self.tab = ""
+        self._edit_desk = EditDesk(self, self.apply)
         self._link: Link | None = None
-        self.ruler: Ruler | None = None
-        self._replay = Replay()
         self._editing_shown = False
-        self.closure_page = ClosurePage()
-        self.observing = False
-        self.observation_step = ObservationStep.PARAMETERS
-        self._observation: tuple[tuple[object, ...], ObservationView | str] | None = None
-        self.editing = Editing(editor or Nobody(), journals or Journals.of_user(), self, self.tell)
-        self._subject: tuple[tuple[object, ...], Subject] | None = None
-        self._ghost: tuple[tuple[object, ...], GhostView | None] | None = None
+        self.opening: ask.OpenLog | None = None
 
-    # -- what is shown -------------------------------------------------------------------------------------------
-    @property
-    def log(self) -> ScanLog | None:
-        return self.findings.log
-
-    @property
-    def cursor(self) -> int:
-        return self.playback.cursor
-
-    @property
-    def map_view(self) -> MapView | None:
-        """The map; the same object as long as nothing in it changed."""
-        return self.findings.map_view
-
-    @property
-    def scan_view(self) -> ScanView | None:
-        """The scan under the cursor; the same object as long as it looks the same."""
-        return self.findings.scan_view(self.cursor)
-
-    @property
-    def view(self) -> View:
-        """One frame of the page."""
-        chosen = self.preferences
-        world, scan = self._replayed or (self.map_view, self.scan_view)
-        measured = places(self.ruler, world) if self.ruler is not None and world is not None else None
-        seen = (world, scan, chosen.layers, self.selection, chosen.dark, self.compared_view)
-        return View(*seen, chosen.colouring, measured, self.ghost, edit_desk.asks(self.editing))
-
-    @property
-    def subject(self) -> Subject:
-        """What is selected, as the subject of an edit; found once, for every button asks for it."""
-        key = (self.selection, self.scan_view, self.map_view, self.editing.piece)
-        if self._subject is None or any(a is not b for a, b in zip(self._subject[0], key, strict=True)):
-            self._subject = (key, subject_of(*key))
-        return self._subject[1]
-
-    @property
-    def ghost(self) -> GhostView | None:
-        """What hand edits would change; the same object as long as it looks the same."""
-        editing = self.editing
-        key = (editing.proposal, editing.draft, editing.explanation, self.findings.snapshot)
-        if self._ghost is None or any(a is not b for a, b in zip(self._ghost[0], key, strict=True)):
-            self._ghost = (key, edit_desk.ghost_view(self))
-        return self._ghost[1]
-
-    @property
-    def frames(self) -> Frames:
-        """The iterations that are kept of the solve behind the result shown; none while another one is being made."""
-        result = self.result
-        return () if result is None or self.busy or self.findings.snapshot is not result.snapshot else result.frames
-
-    @property
-    def frame(self) -> int | None:
-        """Which of them is shown; None for the result."""
-        return self._replay.number(self.frames)
-
-    @property
-    def _replayed(self) -> tuple[MapView, ScanView | None] | None:
-        """Map and scan at the iteration shown; None for the result."""
-        result, scan = self.result, self.scan_view
-        if result is None or self.log is None:
-            return None
-        played = self._replay.map(self.frames, self.log, result.snapshot)
-        if played is None:
-            return None
-        snapshot, world = played
-        if scan is not None and self.cursor < len(snapshot.poses):
-            scan = replace(scan, pose=snapshot.poses[self.cursor])
-        return world, scan
-
-    @property
-    def observation(self) -> ObservationView | str:
-        """The selected segment of the current key scan taken apart, or why there is none."""
-        recipe = self.estimation.recipe if self.estimation is not None else Recipe()
-        key = (self.scan_view, self.map_view, self.selection, recipe)
-        if self._observation is None or self._observation[0] != key:
-            self._observation = (key, view_observation(*key[:3], recipe.config()))
-        return self._observation[1]
-
-    @property
-    def lost_scans(self) -> list[int]:
-        """Indices of the scans lost so far, increasing."""
-        return sorted(step.scan for step in self.findings.steps.values() if step.lost)
-
-    @property
-    def activity(self) -> Activity | None:
-        """The running job; edits that are being made come first."""
-        return self.editing.activity or (self.estimation.activity if self.estimation is not None else None)
-
-    @property
-    def solution(self) -> Solution | None:
-        """The figures behind the result shown."""
-        return self.estimation.solution if self.estimation is not None else None
-
-    @property
-    def costs(self) -> tuple[float, ...]:
-        """The cost after each iteration of the running or latest solve."""
-        return self.estimation.costs if self.estimation is not None else ()
-
-    @property
-    def busy(self) -> bool:
-        """The map is being changed right now."""
-        return self.estimation is not None and self.estimation.busy
-
-    @property
-    def results(self) -> Results:
-        """All that was made of the open log."""
-        return self.estimation.results if self.estimation is not None else Results()
-
-    @property
-    def result(self) -> Result | None:
-        """The result that is shown; while another one is being made, the one shown before."""
-        return self.results.shown
-
-    @property
-    def compared(self) -> Result | None:
-        """The result that is laid over what is shown: the chosen one, or the last one while a new one is made."""
-        return self.results.shown if self.busy else self.results.compared
-
-    @property
-    def compared_view(self) -> MapView | None:
-        """That result as the page draws it; the same object as long as it is the same result."""
-        result = self.compared
-        if result is None or self.log is None:
-            return None
-        if self._compared is None or self._compared[0] is not result:
-            self._compared = (result, view_map(self.log, result.snapshot, {}))
-        return self._compared[1]
-
-    @property
-    def refusal(self) -> str | None:
-        """A sentence on what stands in the way of optimising now; None if nothing does."""
-        return self.estimation.solve_refusal(self.recipe) if self.estimation is not None else NO_LOG
-
-    @property
-    def run_refusal(self) -> str | None:
-        """A sentence on what stands in the way of running over the log now; None if nothing does."""
-        return self.estimation.run_refusal(self.recipe) if self.estimation is not None else NO_LOG
-
-    @property
-    def remembered(self) -> Preferences:
-        """What is to be kept for the next visit: the preferences, with how the open log is looked at."""
-        if self.log is None or not len(self.log):
-            return self.preferences
-        cursor = None if self.following else self.cursor
-        seen = LogView(cursor, self.place, self.selection, self.tab)
-        return self.preferences.with_view(self.log.content_hash, seen)
-
-    @property
-    def link(self) -> Link:
-        """This moment, but for the place that each page looks at."""
-        chosen = self.preferences
-        return Link(self.cursor if self.log is not None else None, chosen.layers, None, chosen.colouring)
-
-    # -- what happens --------------------------------------------------------------------------------------------
+    # -- messages ------------------------------------------------------------------------------------------------
     def tick(self) -> None:
         """Let playback run up to now, and show edits that take longer than a moment."""
         shown, self._editing_shown = self._editing_shown, self.editing.activity is not None
@@ -290,16 +106,10 @@ class Session:
 
     def _attend(self) -> None:
         """Edits are about the result shown."""
-        if self._editor is not None and not self.busy:
+        if self._editable and not self.busy:
             self.editing.attend(self.log, self.result)
 
-    def tell(self, notice: Notice) -> None:
-        """Say something: at once, and what is bad readable for later."""
-        self.revision += 1
-        self.notices.append(notice)
-        if notice.bad:
-            self.troubles = (*self.troubles, notice.text)[-3:]
-
+    # -- commands ------------------------------------------------------------------------------------------------
     def apply(self, command: ask.Command) -> None:
         """Do what a command says."""
         self.revision += 1
@@ -316,6 +126,8 @@ class Session:
                 self._move(playback.seek(index if index >= 0 else playback.count + index, now))
             case ask.SeekTime(seconds=seconds):
                 self._seek_time(seconds)
+            case ask.SeekMark(kind=kind, by=by):
+                self._seek_mark(kind, by)
             case ask.Step(by=by):
                 self._move(playback.step(by, now))
             case ask.Play():
@@ -349,11 +161,13 @@ class Session:
             case ask.LayRuler(picked=picked):
                 self._lay_ruler(picked)
             case ask.ShowIteration(number=number):
-                self._replay.show(self.frames, number)
+                self.replay.show(self.frames, number)
             case ask.StepIteration(by=by):
-                self._replay.step(self.frames, by)
+                self.replay.step(self.frames, by)
             case ask.ShowClosure(number=number):
                 self._show_closure(number)
+            case ask.LookThere():
+                self.look_wanted = self.around
             case ask.LeafThrough(page=page):
                 self.closure_page = page
             case ask.ShowObservation(on=on):
@@ -366,7 +180,7 @@ class Session:
                 self._estimate(command)
             case ask.Cancel():
                 self._cancel()
-            case _ if not edit_desk.apply(self, command):
+            case _ if not self._edit_desk.apply(command):
                 self.preferences = preferred(self.preferences, command)
 
     # -- time ----------------------------------------------------------------------------------------------------
@@ -389,6 +203,13 @@ class Session:
         if self.log is not None and len(self.log):
             self._move(self.playback.seek(self.log.index_at(self.log.times[0] + seconds), self._clock()))
 
+    def _seek_mark(self, kind: str, by: int) -> None:
+        place = next_mark(self.findings, kind, self.cursor, by)
+        if place is not None:
+            self._move(self.playback.seek(place, self._clock()))
+        else:
+            self.tell(Notice("No such mark", f"There is none {'later' if by > 0 else 'earlier'} on the timeline."))
+
     def _set_speed(self, playback: Playback) -> None:
         self._play(playback)
         self.preferences = replace(self.preferences, speed=playback.speed)
@@ -403,7 +224,7 @@ class Session:
         if snapshot is not None and 0 <= number < len(snapshot.loop_closures):
             self._move(self.playback.seek(snapshot.loop_closures[number].scan, self._clock()))
             self.selection = Selection("closure", number)
-            self.look_wanted = edit_desk.surroundings(self)
+            self.look_wanted = self.around
 
     def _step_observation(self, by: int) -> None:
         if self.observing and isinstance(self.observation, ObservationView):
@@ -432,7 +253,8 @@ class Session:
             return
         self._estimator.cancel()
         self.editing.close()
-        self._recognise(log)
+        for notice in recognition(log, self.preferences):
+            self.tell(notice)
         self.preferences = replace(self.remembered, log=str(log.path.absolute()), log_hash=log.content_hash)
         self.opening, self.troubles, self.ruler = None, (), None
         self.closure_page = ClosurePage()
@@ -449,15 +271,6 @@ class Session:
                 self.tell(Notice("Your choices stay", f"This log is run with {said}. Change that under Estimate."))
             self.estimation.process(self.recipe)
 
-    def _recognise(self, log: ScanLog) -> None:
-        """Say so where the log that the session refers to has moved or changed."""
-        path, before = str(log.path.absolute()), self.preferences
-        if before.log == path and before.log_hash not in ("", log.content_hash):
-            sentence = f"{log.name} is not what it was: edits and views of before stay away."
-            self.tell(Notice("The log has changed", sentence))
-        if before.log not in ("", path) and before.log_hash == log.content_hash:
-            self.tell(Notice("The log has moved", f"It was {before.log} before."))
-
     def _look_as_before(self, seen: LogView) -> None:
         self.selection, self.place, self.tab = seen.selection, seen.place, seen.tab
         self.following = seen.cursor is None
@@ -468,13 +281,7 @@ class Session:
             self._follow_link(link)
 
     def _follow_link(self, link: Link) -> None:
-        chosen = self.preferences
-        layers, colouring = link.layers, link.colouring
-        self.preferences = replace(
-            chosen,
-            layers=chosen.layers if layers is None else layers,
-            colouring=chosen.colouring if colouring is None else colouring,
-        )
+        self.preferences = linked(self.preferences, link)
         if link.nonsense:
             self.tell(Notice("Not all of the link is understood", f"It says {', '.join(link.nonsense)}."))
         if self.log is None:

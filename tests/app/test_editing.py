@@ -35,7 +35,6 @@ from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig, Snapshot
 from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
-from splinescope import edit_desk
 from splinescope.actions import ACTIONS
 from splinescope.activity import Activity, Work
 from splinescope.browser.preferences import Preferences
@@ -443,7 +442,7 @@ def test_shift_adds_pieces_and_takes_them_away(desk: Desk) -> None:
     desk.do(ask.TogglePiece(a))
     assert desk.session.selection == Selection("pieces", 11, pieces=(a, b))
     assert "2 pieces selected" in "".join(shown(desk.session))
-    assert edit_desk.refusal(desk.session, EditKind.SPLIT) is not None
+    assert desk.session.edit_refusal(EditKind.SPLIT) is not None
     desk.do(ask.TogglePiece(b))
     assert desk.session.selection == Selection("segment", a[0])
     desk.do(ask.TogglePiece(b), ask.Leave())
@@ -596,7 +595,7 @@ def test_what_cannot_be_done_says_why(desk: Desk) -> None:
     assert {"Nothing was proposed", "Nothing to undo", "Nothing to redo", "Nothing to accept"} <= told
     assert desk.journals == []
     for kind in EditKind:
-        assert edit_desk.refusal(desk.session, kind)
+        assert desk.session.edit_refusal(kind)
 
 
 def test_the_editor_s_death_is_told_and_what_was_accepted_stays(desk: Desk) -> None:

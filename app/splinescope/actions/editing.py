@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from splinescope import commands as ask
-from splinescope import edit_desk
 from splinescope.actions.action import Action, with_log
 from splinescope.lost_scans import next_lost
 from splinescope.proposal import Picking
@@ -18,7 +17,7 @@ NOTHING_PROPOSED = "Propose an edit first."
 
 
 def _refusal(kind: EditKind) -> Refusal:
-    return lambda session: edit_desk.refusal(session, kind)
+    return lambda session: session.edit_refusal(kind)
 
 
 def _proposed(session: Session) -> str | None:
@@ -26,15 +25,15 @@ def _proposed(session: Session) -> str | None:
 
 
 def _targets(session: Session) -> str | None:
-    return None if edit_desk.subject(session).targets else "Nothing is selected that could be given to a spline."
+    return None if session.subject.targets else "Nothing is selected that could be given to a spline."
 
 
 def _pieces(session: Session) -> str | None:
-    return None if len(edit_desk.subject(session).pieces) > 1 else "What is selected has no other piece."
+    return None if len(session.subject.pieces) > 1 else "What is selected has no other piece."
 
 
 def _posed(session: Session) -> str | None:
-    return session.editing.refusal or (None if edit_desk.subject(session).scan is not None else NO_POSE)
+    return session.editing.refusal or (None if session.subject.scan is not None else NO_POSE)
 
 
 def _undo(session: Session) -> str | None:

@@ -10,7 +10,6 @@ import numpy as np
 from bspline_slam.edits.explain import Explanation, Fate
 from bspline_slam.edits.history import Accepted, History
 from splinescope import table
-from splinescope.edit_desk import subject, target
 from splinescope.editing import Editing
 from splinescope.session import Session
 from splinescope.subject import NOTHING
@@ -26,7 +25,7 @@ ON_ITS_WAY = "The exact map is on its way; what you see is nearly it."
 
 def selected(session: Session) -> list[str]:
     """What an edit would be about, where that is more than what is selected."""
-    found, chosen = subject(session), target(session)
+    found, chosen = session.subject, session.target
     if found is NOTHING:
         return [table.paragraph(HINT, "dim")]
     said = ""

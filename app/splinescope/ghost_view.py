@@ -1,0 +1,47 @@
+"""What hand edits would change, or have changed, as it is drawn over the map."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from bspline_slam.slam import Snapshot
+from splinescope.loop_draft import LoopDraft
+from splinescope.proposal import Proposal
+from splinescope.view import GhostView
+
+EXAGGERATED = 1.0
+"""The largest move of a pose is drawn so long (m) where it is shorter,"""
+MOST_EXAGGERATED = 200.0
+"""but no more than so many times too long."""
+
+
+def ghost_view(
+    proposal: Proposal | None, draft: LoopDraft | None, automatic: Snapshot | None, now: Snapshot | None
+) -> GhostView | None:
+    """What is drawn of a proposal, of a drafted loop closure, and, while nothing is proposed, of what edits moved
+    between the `automatic` result and the map `now`."""
+    preview = proposal.preview if proposal is not None else None
+    ghost = preview.ghost if preview is not None else None
+    moves = _moves(automatic, now) if proposal is None and automatic is not None and now is not None else None
+    if ghost is None and draft is None and moves is None:
+        return None
+    return GhostView(
+        splines=ghost.splines if ghost is not None else None,
+        path=ghost.poses if ghost is not None else None,
+        points=draft.ghost if draft is not None else None,
+        marks=draft.marks if draft is not None else (),
+        moves=moves,
+    )
+
+
+def _moves(automatic: Snapshot, now: Snapshot) -> Float[np.ndarray, "n 2 2"] | None:
+    """Lines from where key poses are to where edits moved them, drawn longer where they are short."""
+    if len(automatic.poses) != len(now.poses):
+        return None
+    before, after = automatic.poses[now.key_scans, :2], now.poses[now.key_scans, :2]
+    largest = float(np.linalg.norm(after - before, axis=1).max(initial=0.0))
+    if largest < 1e-4:
+        return None
+    longer = min(max(EXAGGERATED / largest, 1.0), MOST_EXAGGERATED)
+    return np.stack([after, after + longer * (after - before)], axis=1)
