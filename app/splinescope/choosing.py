@@ -10,8 +10,8 @@ from splinescope.browser.preferences import Preferences
 from splinescope.view import Colouring
 
 
-def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
-    """The preferences after a command that changes nothing else."""
+def preferred(preferences: Preferences, command: ask.PreferenceCommand) -> Preferences:
+    """The preferences after a command."""
     layers = preferences.layers
     match command:
         case ask.SetLayer(layer=layer, on=on):
@@ -31,8 +31,6 @@ def preferred(preferences: Preferences, command: ask.Command) -> Preferences:
             return replace(preferences, robot_up=not preferences.robot_up if on is None else on)
         case ask.FollowRobot(on=on):
             return replace(preferences, follow_robot=on)
-        case _:
-            return preferences
 
 
 def linked(preferences: Preferences, link: Link) -> Preferences:

@@ -27,8 +27,8 @@ class EditDesk:
     def __init__(self, shown: Shown, do: Callable[[ask.Command], None]) -> None:
         self._shown, self._do, self._editing = shown, do, shown.editing
 
-    def apply(self, command: ask.Command) -> bool:
-        """Do what a command says; whether it was one about edits."""
+    def apply(self, command: ask.EditCommand) -> None:
+        """Do what a command says."""
         editing = self._editing
         match command:
             case ask.EditSelected(kind=kind):
@@ -77,9 +77,6 @@ class EditDesk:
                 self._show_doubt()
             case ask.SettleDoubt(right=right):
                 self._settle_doubt(right)
-            case _:
-                return False
-        return True
 
     # -- what is edited ------------------------------------------------------------------------------------------
     def _propose(self, kind: EditKind, point: Float[np.ndarray, "2"] | None = None) -> None:

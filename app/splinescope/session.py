@@ -9,14 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from bspline_slam.edits.edit import Edit
-from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from splinescope import commands as ask
 from splinescope.answering import Answering, Nobody
-from splinescope.browser.link import Link
 from splinescope.browser.log_view import LogView
 from splinescope.browser.preferences import Preferences
-from splinescope.choosing import linked, preferred
+from splinescope.choosing import preferred
 from splinescope.closures import ClosurePage
 from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.messages import LogFile, Measured, Message
@@ -27,14 +25,13 @@ from splinescope.findings import Findings
 from splinescope.journals import Journals
 from splinescope.marks import next_mark
 from splinescope.notice import Notice
-from splinescope.observation_view import ObservationView
 from splinescope.playback import Playback, play_axis
+from splinescope.playing import played
 from splinescope.recipe import Recipe
 from splinescope.recognition import recognition
 from splinescope.result import Result
-from splinescope.ruler import Ruler, picked_from
 from splinescope.shown import NO_LOG, Shown
-from splinescope.view import Selection
+from splinescope.viewfinder import Viewfinder
 
 
 class Session(Shown):
@@ -59,7 +56,7 @@ class Session(Shown):
         self._opener = opener
         self._clock = clock
         self._edit_desk = EditDesk(self, self.apply)
-        self._link: Link | None = None
+        self._viewfinder = Viewfinder(self, self.apply)
         self._editing_shown = False
         self.opening: ask.OpenLog | None = None
 
@@ -113,7 +110,36 @@ class Session(Shown):
     def apply(self, command: ask.Command) -> None:
         """Do what a command says."""
         self.revision += 1
-        now, playback = self._clock(), self.playback
+        if isinstance(command, ask.PlaybackCommand):
+            self._play_on(command)
+        elif isinstance(command, ask.LookingCommand):
+            self._viewfinder.apply(command)
+        elif isinstance(command, ask.EditCommand):
+            self._edit_desk.apply(command)
+        elif isinstance(command, ask.PreferenceCommand):
+            self.preferences = preferred(self.preferences, command)
+        elif isinstance(command, ask.LogCommand):
+            self._read(command)
+        else:
+            self._work(command)
+
+    def _play_on(self, command: ask.PlaybackCommand) -> None:
+        match command:
+            case ask.FollowProcessing(on=on):
+                self.following = on
+                self._follow()
+            case ask.SeekTime(seconds=seconds):
+                if self.log is not None and len(self.log):
+                    self._seek(self.log.index_at(self.log.times[0] + seconds))
+            case ask.SeekMark(kind=kind, by=by):
+                self._seek_mark(kind, by)
+            case ask.SetSpeed() | ask.ChangeSpeed():
+                self._play(played(self.playback, command, self._clock()))
+                self.preferences = replace(self.preferences, speed=self.playback.speed)
+            case _:
+                self._move(played(self.playback, command, self._clock()))
+
+    def _read(self, command: ask.LogCommand) -> None:
         match command:
             case ask.OpenLog():
                 self.opening = command
@@ -122,66 +148,31 @@ class Session(Shown):
                 self._opened(request, log)
             case ask.LogRefused(request=request, sentence=sentence):
                 self._refused(request, sentence)
-            case ask.Seek(index=index):
-                self._move(playback.seek(index if index >= 0 else playback.count + index, now))
-            case ask.SeekTime(seconds=seconds):
-                self._seek_time(seconds)
-            case ask.SeekMark(kind=kind, by=by):
-                self._seek_mark(kind, by)
-            case ask.Step(by=by):
-                self._move(playback.step(by, now))
-            case ask.Play():
-                self._move(playback.play(now))
-            case ask.Pause():
-                self._move(playback.pause(now))
-            case ask.TogglePlay():
-                self._move(playback.toggled(now))
-            case ask.SetSpeed(speed=speed):
-                self._set_speed(playback.with_speed(speed, now))
-            case ask.ChangeSpeed(by=by):
-                self._set_speed(playback.faster(by, now))
-            case ask.FollowProcessing(on=on):
-                self.following = on
-                self._follow()
-            case ask.Select(selection=selection):
-                if selection != self.selection:
-                    self.editing.target = self.editing.piece = 0
-                self.selection = selection
-            case ask.LookFrom(place=place):
-                self.place = place
-            case ask.ShowTab(name=name):
-                self.tab = name
-            case ask.FollowLink(link=link):
-                self._follow_link(link)
-            case ask.Leave():
-                if not self.editing.leave():
-                    self.ruler, self.selection = None, None if self.ruler is None else self.selection
-            case ask.Measure():
-                self._measure()
-            case ask.LayRuler(picked=picked):
-                self._lay_ruler(picked)
-            case ask.ShowIteration(number=number):
-                self.replay.show(self.frames, number)
-            case ask.StepIteration(by=by):
-                self.replay.step(self.frames, by)
-            case ask.ShowClosure(number=number):
-                self._show_closure(number)
-            case ask.LookThere():
-                self.look_wanted = self.around
-            case ask.LeafThrough(page=page):
-                self.closure_page = page
-            case ask.ShowObservation(on=on):
-                self.observing = not self.observing if on is None else on
-            case ask.StepObservation(by=by):
-                self._step_observation(by)
+
+    def _work(self, command: ask.WorkCommand) -> None:
+        match command:
             case ask.Choose(recipe=recipe):
                 self.recipe = recipe
-            case ask.RunAgain() | ask.Optimise() | ask.ShowResult() | ask.CompareWith() | ask.DeleteResult():
-                self._estimate(command)
             case ask.Cancel():
                 self._cancel()
-            case _ if not self._edit_desk.apply(command):
-                self.preferences = preferred(self.preferences, command)
+            case _ if self.estimation is None:
+                self.tell(Notice("Nothing was done", NO_LOG))
+            case _:
+                self._estimate(self.estimation, command)
+                self._attend()
+
+    def _estimate(self, estimation: Estimation, command: ask.WorkCommand) -> None:
+        match command:
+            case ask.RunAgain():
+                estimation.process(self.recipe)
+            case ask.Optimise():
+                estimation.solve(self.recipe)
+            case ask.ShowResult(number=number):
+                estimation.show(number)
+            case ask.CompareWith(number=number):
+                estimation.compare(number)
+            case ask.DeleteResult(number=number):
+                estimation.delete(number)
 
     # -- time ----------------------------------------------------------------------------------------------------
     def _play(self, playback: Playback) -> None:
@@ -199,53 +190,19 @@ class Session(Shown):
         self.following = False
         self._play(playback)
 
-    def _seek_time(self, seconds: float) -> None:
-        if self.log is not None and len(self.log):
-            self._move(self.playback.seek(self.log.index_at(self.log.times[0] + seconds), self._clock()))
+    def _seek(self, index: int) -> None:
+        self._move(self.playback.seek(index, self._clock()))
 
     def _seek_mark(self, kind: str, by: int) -> None:
         place = next_mark(self.findings, kind, self.cursor, by)
         if place is not None:
-            self._move(self.playback.seek(place, self._clock()))
+            self._seek(place)
         else:
             self.tell(Notice("No such mark", f"There is none {'later' if by > 0 else 'earlier'} on the timeline."))
-
-    def _set_speed(self, playback: Playback) -> None:
-        self._play(playback)
-        self.preferences = replace(self.preferences, speed=playback.speed)
 
     def _follow(self) -> None:
         if self.following and self.findings.processed:
             self._play(replace(self.playback.seek(self.findings.processed - 1, self._clock()), playing=False))
-
-    def _show_closure(self, number: int) -> None:
-        """A row that was clicked may be of a list that is gone by now."""
-        snapshot = self.findings.snapshot
-        if snapshot is not None and 0 <= number < len(snapshot.loop_closures):
-            self._move(self.playback.seek(snapshot.loop_closures[number].scan, self._clock()))
-            self.selection = Selection("closure", number)
-            self.look_wanted = self.around
-
-    def _step_observation(self, by: int) -> None:
-        if self.observing and isinstance(self.observation, ObservationView):
-            self.observation_step = self.observation_step.moved(by)
-        self.observing = True
-
-    # -- measuring -----------------------------------------------------------------------------------------------
-    def _measure(self) -> None:
-        picked = picked_from(self.selection, self.scan_view, self.map_view)
-        ruler = self.ruler or Ruler()
-        if picked is not None and picked not in ruler.picked[-1:]:
-            self._lay_ruler(picked)
-        else:
-            self.ruler = ruler if self.ruler is None else None
-
-    def _lay_ruler(self, picked: Picked) -> None:
-        ruler = (self.ruler or Ruler()).picking(picked)
-        if ruler.first is not None and ruler.second is not None and self.estimation is not None:
-            asked = self.estimation.measure(ruler.first, ruler.second)
-            ruler = replace(ruler, found=asked) if isinstance(asked, str) else replace(ruler, job=asked)
-        self.ruler = ruler
 
     # -- logs and work -------------------------------------------------------------------------------------------
     def _opened(self, request: ask.OpenLog, log: ScanLog) -> None:
@@ -264,52 +221,17 @@ class Session(Shown):
         self.estimation = Estimation(self._estimator, self.findings, file, self.tell)
         self.playback = Playback(play_axis(log.times) if len(log) else np.zeros(0), speed=self.preferences.speed)
         self.fit_wanted = True
-        self._look_as_before(self.preferences.views.get(log.content_hash, LogView()))
+        self._viewfinder.look_as_before(self.preferences.views.get(log.content_hash, LogView()))
         if len(log):
             if self.recipe != Recipe():
                 said = f"{self.recipe.back_end}, {self.recipe.model}, order {self.recipe.order}, {self.recipe.knots}"
                 self.tell(Notice("Your choices stay", f"This log is run with {said}. Change that under Estimate."))
             self.estimation.process(self.recipe)
 
-    def _look_as_before(self, seen: LogView) -> None:
-        self.selection, self.place, self.tab = seen.selection, seen.place, seen.tab
-        self.following = seen.cursor is None
-        if seen.cursor is not None:
-            self.playback = self.playback.seek(seen.cursor, self._clock())
-        link, self._link = self._link, None
-        if link is not None:
-            self._follow_link(link)
-
-    def _follow_link(self, link: Link) -> None:
-        self.preferences = linked(self.preferences, link)
-        if link.nonsense:
-            self.tell(Notice("Not all of the link is understood", f"It says {', '.join(link.nonsense)}."))
-        if self.log is None:
-            self._link = replace(link, nonsense=())
-        elif link.scan is not None:
-            self._move(self.playback.seek(link.scan, self._clock()).pause(self._clock()))
-
     def _refused(self, request: ask.OpenLog, sentence: str) -> None:
         if request == self.opening:
             self.opening = None
         self.tell(Notice("This log cannot be opened", sentence, bad=True))
-
-    def _estimate(self, command: ask.Command) -> None:
-        if self.estimation is None:
-            self.tell(Notice("Nothing was done", NO_LOG))
-            return
-        match command:
-            case ask.RunAgain():
-                self.estimation.process(self.recipe)
-            case ask.Optimise():
-                self.estimation.solve(self.recipe)
-            case ask.ShowResult(number=number):
-                self.estimation.show(number)
-            case ask.CompareWith(number=number):
-                self.estimation.compare(number)
-            case ask.DeleteResult(number=number):
-                self.estimation.delete(number)
-        self._attend()
 
     def _cancel(self) -> None:
         if self.opening is not None:
