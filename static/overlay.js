@@ -66,7 +66,7 @@ export function start() {
   hint.setAttribute("role", "status");
   corner.append(bar, readout, hint);
   layer.append(corner);
-  document.body.append(layer);
+  document.body.prepend(layer); // the keyboard comes to the map before the panels
   watch((view) => {
     place();
     drawScale(view);

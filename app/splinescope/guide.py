@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from splinescope import commands as ask
+from splinescope.mistake import mistake_in
 from splinescope.paths import SAMPLE, find_log
 from splinescope.recipe import Recipe
 from splinescope.session import Session
-from splinescope.tour import STEPS, WAIT, Tour, mistake_in, ready
+from splinescope.tour import STEPS, WAIT, Tour, ready
 
 
 class Guide:
@@ -49,7 +50,7 @@ class Guide:
         if tour is None or not ready(session):
             return
         if tour.mistake is None:
-            mistake = mistake_in(session)
+            mistake = mistake_in(session.findings)
             self.tour = None if mistake is None else Tour(mistake=mistake)
             self._enter()
         elif tour.shown.done is not None and tour.shown.done(session, tour.mistake):
@@ -65,6 +66,7 @@ class Guide:
             "title": shown.title,
             "text": WAIT if waiting else shown.text,
             "tab": shown.tab,
+            "rows": shown.rows,
             "step": self.tour.step,
             "steps": len(STEPS),
             "waiting": waiting,

@@ -5,32 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from bspline_slam.association import Verdict
 from bspline_slam.edits.edit import Force
-from bspline_slam.spline_map import MapSpline, SplineMap
 from splinescope import commands as ask
 from splinescope.session import Session
 from splinescope.view import Colouring, Layer, Selection
 
-NEAR, FAR = 0.12, 1.2
-"""How far (m) the wrong spline lies from the right one: not the same wall, but one that could be meant."""
-LEAST_LENGTH = 1.5  # m: of both splines
-LEAST_BEAMS = 25
 WAIT = "The log is still being read and adjusted: the tour goes on as soon as that is done."
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One card: what it says, the tab that goes with it, what it does when it comes up, and when a person has done
-    what it asks for (None: it asks for nothing)."""
+    """One card: what it says, the tab that goes with it, what it does when it comes up, when a person has done what it
+    asks for (None: it asks for nothing), and the rows of a table that it speaks of."""
 
     title: str
     text: str
     tab: str = ""
     enter: Callable[[Session, Force], tuple[ask.Command, ...]] = lambda session, mistake: ()
     done: Callable[[Session, Force], bool] | None = None
+    rows: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +107,7 @@ STEPS = (
             ask.Select(None),
         ),
         lambda session, mistake: found(session, mistake),
+        "doubt",
     ),
     Step(
         "Mend it",
@@ -136,40 +130,3 @@ STEPS = (
 def ready(session: Session) -> bool:
     """Whether there is a finished map that can be edited."""
     return session.result is not None and not session.busy and session.editing.refusal is None
-
-
-def mistake_in(session: Session) -> Force | None:
-    """A segment that clearly saw one wall, and another wall beside it: what a hasty person might mix up."""
-    snapshot = session.findings.snapshot
-    if snapshot is None:
-        return None
-    long = SplineMap(tuple(spline for spline in snapshot.map if spline.length > LEAST_LENGTH))
-    clear = [
-        association
-        for step in session.findings.steps.values()
-        for association in step.associations
-        if association.verdict is Verdict.MATCHED and association.last - association.first >= LEAST_BEAMS
-    ]
-    seen = [(a, long[a.spline]) for a in clear if a.spline is not None and a.spline in long]
-    mixed = [(*found, a) for a, right in seen if (found := _beside(right, long)) is not None]
-    if not mixed:
-        return None
-    _, wrong, a = min(mixed, key=lambda each: (each[0], each[2].first - each[2].last, each[2].scan))
-    return Force(a.scan, a.segment, a.first, a.last, wrong)
-
-
-def _beside(right: MapSpline, splines: SplineMap) -> tuple[float, int] | None:
-    """The nearest long spline that runs past the middle of this one but is not it: how far away (m), and its id."""
-    middle = _middle(right)
-    others = (other for other in splines if other is not right)
-    gaps = ((float(np.linalg.norm(_nearest(other, middle) - middle)), other.id) for other in others)
-    return min((each for each in gaps if NEAR < each[0] < FAR), default=None)
-
-
-def _middle(spline: MapSpline) -> np.ndarray:
-    return spline.curve(np.array([0.5 * sum(spline.span)]))[0]
-
-
-def _nearest(spline: MapSpline, point: np.ndarray) -> np.ndarray:
-    _, points = spline.sample(0.1)
-    return points[np.argmin(np.linalg.norm(points - point, axis=1))]

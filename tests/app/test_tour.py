@@ -10,7 +10,8 @@ from playwright.sync_api import expect
 from app.chromium import Window, until
 from app.running import COMPILING
 from splinescope.api import open_workbench
-from splinescope.tour import STEPS, erring, mistake_in
+from splinescope.mistake import mistake_in
+from splinescope.tour import STEPS, erring
 
 
 def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
@@ -22,7 +23,7 @@ def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
         card.get_by_role("button", name="Take the tour").click()
         expect(card).to_contain_text("the tour goes on as soon as that is done")
         expect(card).to_contain_text(STEPS[0].text, timeout=1000 * COMPILING)
-        mistake = mistake_in(session)
+        mistake = mistake_in(session.findings)
         assert mistake is not None
         before = scope.poses
         card.get_by_role("button", name="Next").click()
@@ -35,12 +36,17 @@ def test_the_tour_makes_a_mistake_and_lets_it_be_mended(
         until(lambda: erring(session, mistake) and not session.editing.making, "the mistake", COMPILING)
         until(lambda: session.editing.explanation, "what the solver says", COMPILING)
         assert abs(scope.poses - before).max() > 0.0
+        told = session.editing.explanation
+        assert told is not None
+        assert told.beams[0] == told.beams[1]
+        assert sum(told.after.values()) > sum(told.before.values()) + 10.0  # nobody wonders at a cost that falls
         card.get_by_role("button", name="Next").click()
         expect(card).to_contain_text(STEPS[4].title)
         until(
             lambda: session.editing.doubts.queue[:1] and "by hand" in session.editing.doubts.queue[0].sentence, "doubt"
         )
         whole = window.fit()["metresPerPixel"]
+        expect(page.locator("[data-row=doubt]").first).to_be_in_viewport()
         page.keyboard.press("q")
         expect(card).to_contain_text(STEPS[5].title)
         until(lambda: window.viewport()["metresPerPixel"] < 0.7 * whole, "a nearer look at the mistake")

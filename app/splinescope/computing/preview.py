@@ -10,11 +10,12 @@ import numpy as np
 from bspline_slam import se2
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, DropLoop, Edit, Force, MakeNew, OnPiece
+from bspline_slam.edits.explain import rms
 from bspline_slam.edits.footing import Footing
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.loop_edits import moved_poses
 from bspline_slam.edits.making import edited
-from bspline_slam.edits.piece_edits import across
+from bspline_slam.edits.piece_edits import facing
 from bspline_slam.edits.quick import Answer, answer
 from bspline_slam.errors import EditError, as_sentence
 from bspline_slam.front_end.mapping import carried
@@ -96,15 +97,11 @@ def distances(edit: Edit, decisions: Decisions, config: SlamConfig) -> list[tupl
     """How far a piece lies from the spline that it is to be given to, and how much of it lies beside that."""
     if not isinstance(edit, Force) or edit.spline not in decisions.splines:
         return [("beams", str(len(decisions.points(edit))))] if isinstance(edit, OnPiece | MakeNew) else []
-    spline, points = decisions.splines[edit.spline], decisions.points(edit)
-    off = across(spline, points)
-    t = spline.curve.foot_points(points)
-    low, high = spline.span
-    beside = (t > low + 1e-6) & (t < high - 1e-6)
-    gate = config.association.gate
-    rms = float(np.sqrt(np.mean(np.square(off[beside])))) if beside.any() else float("nan")
-    distance = f"{1000 * rms:.0f} mm (gate {1000 * gate:.0f} mm)" if beside.any() else "it lies beyond its end"
-    return [("distance", distance), ("overlap", f"{beside.mean():.0%} of {len(points)} beams")]
+    points, off = decisions.points(edit), facing(decisions, edit)
+    distance = "it lies beyond its end, or behind it"
+    if len(off):
+        distance = f"{1000 * rms(off):.0f} mm (gate {1000 * config.association.gate:.0f} mm)"
+    return [("distance", distance), ("overlap", f"{len(off) / len(points):.0%} of {len(points)} beams")]
 
 
 def held_apart(edit: Edit, among: tuple[Edit, ...], decisions: Decisions, config: SlamConfig) -> list[tuple[str, str]]:

@@ -107,6 +107,8 @@ def verdict(editing: Editing) -> list[str]:
     last, change = told.outcomes[-1], sum(told.after.values()) - sum(told.before.values())
     away = 1000 * float(told.moves.max(initial=0.0))
     all_in_all = f"All in all the cost changes by {change:+,.1f} and a pose moves by {away:.1f} mm at most."
+    if (fewer := told.beams[0] - told.beams[1]) > 0:
+        all_in_all += f" {fewer:,} beams fewer count, and what is left out costs nothing."
     return [table.paragraph(f"{SIGNS[last.fate]} The last one was {last.fate.value}. {last.sentence} {all_in_all}")]
 
 
@@ -124,9 +126,11 @@ def doubted(editing: Editing) -> list[str]:
         (number, (f"scan {doubt.scan}", f"{doubt.score:.2f}"), doubt.sentence)
         for number, doubt in enumerate(doubts.queue[first : first + DOUBTS_SHOWN], first)
     ]
-    place = "" if doubts.at is None else f", this is number {doubts.at + 1}"
+    place = "" if doubts.at is None else f"; number {doubts.at + 1} is shown"
     return [
-        table.paragraph(f"{len(doubts.queue)} close decisions{place}. 1 is a coin toss on which much hangs.", "dim"),
+        table.paragraph(
+            f"{len(doubts.queue)} close decisions{place}. A doubt of 1 is a coin toss on which much hangs.", "dim"
+        ),
         table.leading(DOUBT, ("Decision", "Doubt"), rows, selected=doubts.at),
     ]
 
@@ -154,6 +158,8 @@ def _costs(told: Explanation) -> Iterator[str]:
     ]
     before, after = sum(told.before.values()), sum(told.after.values())
     rows.append(("all", f"{before:,.1f}", f"{after:,.1f}", f"{after - before:+,.1f}"))
+    counted, count = told.beams
+    rows.append(("beams that count", f"{counted:,}", f"{count:,}", f"{count - counted:+,}"))
     yield table.heading("Cost by kind of factor")
     yield table.table(("", "before", "after", "change"), rows, numbers=(1, 2, 3))
 

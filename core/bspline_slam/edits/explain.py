@@ -15,7 +15,7 @@ from bspline_slam.backends.protocol import Estimate
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, Edit, Force, MakeNew, OnPiece, PinPose, PinSpline
 from bspline_slam.edits.exchange import robust_weight
-from bspline_slam.edits.piece_edits import across
+from bspline_slam.edits.piece_edits import across, facing
 from bspline_slam.edits.problem import owners
 from bspline_slam.errors import EditError, as_sentence
 from bspline_slam.flat_factors import FlatFactors
@@ -66,11 +66,14 @@ class Worst:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Explanation:
-    """Costs (½Σρ with what no state can remove) by kind of factor before and after, the worst residuals after, what
-    became of each edit, and how far each key pose moved (m)."""
+    """Costs (½Σρ with what no state can remove) by kind of factor before and after, how many beams count in them before
+    and after, the worst residuals after, what became of each edit, and how far each key pose moved (m).
+
+    A beam that counts no more costs nothing, so costs alone do not tell which of two maps is the better one."""
 
     before: dict[str, float]
     after: dict[str, float]
+    beams: tuple[int, int]
     worst: tuple[Worst, ...]
     outcomes: tuple[Outcome, ...]
     moves: Float[np.ndarray, "n"]
@@ -94,12 +97,18 @@ def explain(
     moves = np.linalg.norm((decisions.poses - Decisions.of(base).poses)[:, :2], axis=1)
     terms = Residuals.of(after.estimate)
     costs_before = dict(before) if before is not None else costs(base.estimate)
-    return Explanation(costs_before, terms.costs, worst_residuals(after, terms), tuple(outcomes), moves)
+    counted = (counted_beams(base.estimate), counted_beams(after.estimate))
+    return Explanation(costs_before, terms.costs, counted, worst_residuals(after, terms), tuple(outcomes), moves)
 
 
 def costs(estimate: Estimate) -> dict[str, float]:
     """The cost at an estimate by kind of factor."""
     return Residuals.of(estimate).costs
+
+
+def counted_beams(estimate: Estimate) -> int:
+    """How many beams say something of a curve in an estimate."""
+    return int(FlatFactors.of(estimate.graph.spline_factors).readings.sum())
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -218,17 +227,20 @@ def outcome(edit: Edit, decisions: Decisions, config: SlamConfig) -> Outcome:
 
 
 def _given(edit: Force | MakeNew, decisions: Decisions, config: SlamConfig) -> Outcome:
-    """Whether beams lie on the spline that they were given to."""
+    """Whether beams lie on the spline that they were given to; those that see it from behind, or end beside it, count
+    for nothing."""
     try:
         points = decisions.points(edit)
     except EditError as error:
         return Outcome(Fate.SKIPPED, f"{error}.")
-    if edit.spline not in decisions.splines:
+    off = facing(decisions, edit) if edit.spline in decisions.splines else np.zeros(0)
+    if len(off) == 0:
         return Outcome(Fate.OUTVOTED, "None of its beams faces the spline, so they say nothing.", None, 0.0)
-    off = across(decisions.splines[edit.spline], points)
     limit = config.adjustment.outlier * config.fitting.range_noise
-    weight = float(np.mean(np.minimum(1.0, np.square(limit / np.maximum(np.abs(off), 1e-9)))))
-    distance = f"The beams end {1000 * rms(off):.0f} mm from the spline and keep {weight:.0%} of their weight."
+    kept = np.minimum(1.0, np.square(limit / np.maximum(np.abs(off), 1e-9)))
+    weight = float(kept.sum() / len(points))
+    whose = "The beams" if len(off) == len(points) else f"{len(off)} of its {len(points)} beams face the spline: they"
+    distance = f"{whose} end {1000 * rms(off):.0f} mm from the spline and keep {weight:.0%} of their weight."
     fate = Fate.FOLLOWED if weight >= FOLLOWED else Fate.OUTVOTED
     return Outcome(fate, distance, rms(off), weight)
 

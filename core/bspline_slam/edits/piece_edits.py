@@ -15,7 +15,8 @@ from bspline_slam.edits.spline_edits import lengthened_through
 from bspline_slam.errors import EditError, GeometryError
 from bspline_slam.fitting import cumulated_chords
 from bspline_slam.models.protocol import Model
-from bspline_slam.spline_map import MapSpline
+from bspline_slam.sights import collect_sights, find_feet
+from bspline_slam.spline_map import MapSpline, SplineMap
 
 LEAST_BEAMS = 2
 """Fewer beams make no curve."""
@@ -93,6 +94,19 @@ def across(spline: MapSpline, points: Float[np.ndarray, "m 2"]) -> Float[np.ndar
     """Signed distances of world points across a spline (m)."""
     t = spline.curve.foot_points(points)
     return ((points - spline.curve(t)) * spline.curve.normals(t)).sum(1)
+
+
+def facing(decisions: Decisions, edit: Force | MakeNew) -> Float[np.ndarray, "m"]:
+    """Signed distances (m) across the spline of those beams of a piece that count when they are given to it: they face
+    it, and end no farther beside it than they may. Raises EditError where the spline is gone."""
+    number = decisions.number(edit.scan)
+    given = Association(
+        edit.scan, edit.segment, edit.first, edit.last, Verdict.MATCHED, edit.spline, float("nan"), float("nan")
+    )
+    splines = SplineMap((decisions.spline(edit.spline),))
+    sights = collect_sights([replace(decisions.keys[number], associations=(given,))], splines)
+    feet = find_feet(sights, splines, decisions.poses[number : number + 1], np.inf)
+    return feet.across[feet.counts]
 
 
 def _given(decisions: Decisions, piece: OnPiece, verdict: Verdict, spline: int | None, distance: float) -> Decisions:

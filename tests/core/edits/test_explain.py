@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,10 @@ from bspline_slam import se2
 from bspline_slam.association import Association
 from bspline_slam.backends.packing import pack_curves, pack_edges
 from bspline_slam.edits.amend import amended
+from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import CloseLoop, Edit, Force, Ignore, PinPose
-from bspline_slam.edits.explain import KINDS, Explanation, Fate, costs, explain
+from bspline_slam.edits.explain import KINDS, Explanation, Fate, costs, explain, outcome, rms
+from bspline_slam.edits.piece_edits import facing
 from bspline_slam.slam import SlamConfig, Snapshot
 
 
@@ -73,3 +77,27 @@ def test_a_closure_is_followed_or_outvoted(base: Snapshot, config: SlamConfig, o
     root = ((100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0))
     close = CloseLoop(base.steps[0].scan, base.steps[-1].scan, (x + off, y, turn), root, 0.9, 0.9)
     assert explained(base, config, close).outcomes[0].fate is fate
+
+
+def test_beams_that_see_a_spline_from_behind_say_nothing(
+    base: Snapshot, config: SlamConfig, piece: Association
+) -> None:
+    assert piece.spline is not None
+    spline, where = base.map[piece.spline], (piece.scan, piece.segment, piece.first, piece.last)
+    low, high = (spline.curve.knots[0] + spline.curve.knots[-1] - end for end in reversed(spline.span))
+    turned = replace(spline, id=max(s.id for s in base.map) + 1, curve=spline.curve.reversed(), span=(low, high))
+    decisions = Decisions.of(base).with_spline(turned)
+    seen = facing(decisions, Force(*where, spline.id))
+    assert len(seen) > 0.9 * (piece.last - piece.first)
+    assert rms(seen) == pytest.approx(piece.distance, rel=0.2)
+    assert len(facing(decisions, Force(*where, turned.id))) == 0
+    made = outcome(Force(*where, turned.id), decisions, config)
+    assert (made.fate, made.weight) == (Fate.OUTVOTED, 0.0)
+
+
+def test_beams_that_count_no_more_are_told(base: Snapshot, config: SlamConfig, piece: Association) -> None:
+    """What is ignored costs nothing, so the cost falls, and the count says why."""
+    found = explained(base, config, Ignore(piece.scan, piece.segment, piece.first, piece.last))
+    before, after = found.beams
+    assert 0 < before - after <= piece.last - piece.first + 1
+    assert found.after["beams on curves"] < found.before["beams on curves"]
