@@ -14,6 +14,7 @@ from bspline_slam.slam import SlamConfig, Snapshot, check_names
 from splinescope.activity import Activity, Work, counted, duration, stage_in_words
 from splinescope.computing import messages as told
 from splinescope.computing.edit_messages import Ghost
+from splinescope.computing.packed_result import PackedResult
 from splinescope.computing.solution import Solution
 from splinescope.findings import Findings
 from splinescope.map_view import moved
@@ -26,31 +27,9 @@ class Estimator(Protocol):
     """Who computes: the worker's process, seen from here."""
 
     def process(self, log: told.LogFile, config: SlamConfig) -> int: ...
-    def solve(
-        self,
-        log: told.LogFile,
-        kept: bytes,
-        config: SlamConfig,
-        edits: tuple[Edit, ...] = (),
-        amended: bytes | None = None,
-    ) -> int: ...
-    def covariances(
-        self,
-        log: told.LogFile,
-        kept: bytes,
-        config: SlamConfig,
-        edits: tuple[Edit, ...] = (),
-        amended: bytes | None = None,
-    ) -> int: ...
-    def measure(
-        self,
-        kept: bytes,
-        config: SlamConfig,
-        edits: tuple[Edit, ...],
-        first: Picked,
-        second: Picked,
-        amended: bytes | None = None,
-    ) -> int: ...
+    def solve(self, log: told.LogFile, result: PackedResult) -> int: ...
+    def covariances(self, log: told.LogFile, result: PackedResult) -> int: ...
+    def measure(self, result: PackedResult, first: Picked, second: Picked) -> int: ...
     def cancel(self) -> None: ...
 
 
@@ -95,7 +74,7 @@ class Estimation:
             return
         run = self._run = self.results.run_behind(shown)
         self._begin(recipe, run.snapshot)
-        job = self._estimator.solve(self._file, run.kept, recipe.config(), run.edits, run.amended)
+        job = self._estimator.solve(self._file, replace(run.packed, config=recipe.config()))
         self.activity = Activity(Work.OPTIMISING, job, "Sending the map to the estimator")
 
     def cancel(self) -> None:
@@ -139,7 +118,7 @@ class Estimation:
             return "The map is being changed; measure when that has ended."
         if shown is None or shown.solution is None or self._findings.snapshot is not shown.snapshot:
             return "There is no solved map to measure in."
-        return self._estimator.measure(shown.kept, shown.recipe.config(), shown.edits, first, second, shown.amended)
+        return self._estimator.measure(shown.packed, first, second)
 
     def run_refusal(self, recipe: Recipe) -> str | None:
         """A sentence on what stands in the way of running over the log now; None if nothing does."""
@@ -247,8 +226,7 @@ class Estimation:
             if result is None or (result.edits and result.amended is None):
                 continue
             if not result.measured and result.number not in self._given_up:
-                config = result.recipe.config()
-                job = self._estimator.covariances(self._file, result.kept, config, result.edits, result.amended)
+                job = self._estimator.covariances(self._file, result.packed)
                 self.activity = Activity(Work.COVARIANCES, job, Work.COVARIANCES.value)
                 self._measuring = result.number
                 return

@@ -13,6 +13,7 @@ from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.slam import SlamStep, Snapshot
 from splinescope.computing.iterations import Frame
+from splinescope.computing.packed_result import PackedResult
 from splinescope.computing.solution import Solution
 from splinescope.quality import Quality
 from splinescope.recipe import Recipe
@@ -51,6 +52,11 @@ class Result:
     measured: bool = False
     edits: tuple[Edit, ...] = ()
     amended: bytes | None = None
+
+    @property
+    def packed(self) -> PackedResult:
+        """The whole of it, for the estimator."""
+        return PackedResult(self.kept, self.recipe.config(), self.edits, self.amended)
 
     @property
     def editable(self) -> bool:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from types import SimpleNamespace
 
 from app import estimator
-from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import SlamConfig
@@ -14,6 +13,7 @@ from splinescope.browser.preferences import Preferences
 from splinescope.commands import LogOpened, OpenLog
 from splinescope.computing import jobs
 from splinescope.computing.messages import FindCovariances, LogFile, MeasureMap, Message, ProcessLog, Request, SolveMap
+from splinescope.computing.packed_result import PackedResult
 from splinescope.session import Session
 
 
@@ -29,26 +29,14 @@ class InlineEstimator:
     def process(self, log: LogFile, config: SlamConfig) -> int:
         return self._do(lambda job: ProcessLog(job, log, config))
 
-    def solve(
-        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
-    ) -> int:
-        return self._do(lambda job: SolveMap(job, log, kept, config, edits, amended))
+    def solve(self, log: LogFile, result: PackedResult) -> int:
+        return self._do(lambda job: SolveMap(job, log, result))
 
-    def covariances(
-        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
-    ) -> int:
-        return self._do(lambda job: FindCovariances(job, log, kept, config, edits, amended))
+    def covariances(self, log: LogFile, result: PackedResult) -> int:
+        return self._do(lambda job: FindCovariances(job, log, result))
 
-    def measure(
-        self,
-        kept: bytes,
-        config: SlamConfig,
-        edits: tuple[Edit, ...],
-        first: Picked,
-        second: Picked,
-        amended: bytes | None = None,
-    ) -> int:
-        return self._do(lambda job: MeasureMap(job, kept, config, edits, first, second, amended))
+    def measure(self, result: PackedResult, first: Picked, second: Picked) -> int:
+        return self._do(lambda job: MeasureMap(job, result, first, second))
 
     def cancel(self) -> None:
         self.cancelled = len(self.asked)

@@ -63,6 +63,7 @@ from splinescope.computing.messages import (
     Progress,
     SolveMap,
 )
+from splinescope.computing.packed_result import PackedResult
 from splinescope.editing import Editing
 from splinescope.journals import Journals
 from splinescope.loop_draft import LoopDraft
@@ -123,27 +124,15 @@ class Idle:
     def process(self, log: LogFile, config: SlamConfig) -> int:
         return 1
 
-    def solve(
-        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
-    ) -> int:
-        self.solved = edits
+    def solve(self, log: LogFile, result: PackedResult) -> int:
+        self.solved = result.edits
         return 2
 
-    def covariances(
-        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
-    ) -> int:
-        self.asked_with = amended
+    def covariances(self, log: LogFile, result: PackedResult) -> int:
+        self.asked_with = result.amended
         return 3
 
-    def measure(
-        self,
-        kept: bytes,
-        config: SlamConfig,
-        edits: tuple[Edit, ...],
-        first: Picked,
-        second: Picked,
-        amended: bytes | None = None,
-    ) -> int:
+    def measure(self, result: PackedResult, first: Picked, second: Picked) -> int:
         return 4
 
     def cancel(self) -> None:
@@ -262,7 +251,7 @@ def test_solving_again_solves_the_map_with_its_edits(desk: Desk) -> None:
     desk.do(ask.Choose(recipe), ask.Optimise())
     assert desk.estimator.solved == run.edits
     sent: list[Message] = []
-    Jobs(sent.append).do(SolveMap(2, FILE, run.kept, recipe.config(), run.edits), lambda: False)
+    Jobs(sent.append).do(SolveMap(2, FILE, PackedResult(run.kept, recipe.config(), run.edits)), lambda: False)
     for message in sent:
         desk.session.receive(message)
     solved = desk.session.result
@@ -380,11 +369,11 @@ def test_the_estimator_measures_what_the_editor_made(desk: Desk) -> None:
     heard: list[Message] = []
     jobs = Jobs(heard.append)
     for amended in (run.amended, None):
-        jobs.do(FindCovariances(3, FILE, run.kept, run.recipe.config(), run.edits, amended), lambda: False)
+        jobs.do(FindCovariances(3, FILE, replace(run.packed, amended=amended)), lambda: False)
     handed, made = (message for message in heard if isinstance(message, CovariancesFound))
     assert all(np.array_equal(handed.splines[number], found) for number, found in made.splines.items())
     anew = Jobs(heard.append)
-    anew.do(FindCovariances(4, FILE, run.kept, run.recipe.config(), run.edits), lambda: False)
+    anew.do(FindCovariances(4, FILE, replace(run.packed, amended=None)), lambda: False)
     alone = next(message for message in heard if isinstance(message, CovariancesFound) and message.job == 4)
     assert all(np.array_equal(handed.splines[number], found) for number, found in alone.splines.items())
 

@@ -25,6 +25,7 @@ from splinescope.computing.messages import (
     ProcessLog,
     SolveMap,
 )
+from splinescope.computing.packed_result import PackedResult
 from splinescope.recipe import Recipe
 from splinescope.result import Result
 from splinescope.viewer import Viewer
@@ -143,8 +144,9 @@ def test_every_estimator_solves_an_office(
     processed: tuple[Jobs, list[Message], bytes], office: Path, back_end: str
 ) -> None:
     jobs, sent, kept = processed
+    file, config = file_of(open_log(office)), Recipe(back_end=back_end).config()
     sent.clear()
-    jobs.do(SolveMap(2, file_of(open_log(office)), kept, Recipe(back_end=back_end).config()), lambda: False)
+    jobs.do(SolveMap(2, file, PackedResult(kept, config)), lambda: False)
     done = sent[-1]
     assert isinstance(done, Finished), [m.sentence for m in sent if isinstance(m, Failed)]
     assert done.kept is not None
@@ -152,6 +154,6 @@ def test_every_estimator_solves_an_office(
     assert done.snapshot is not None
     assert done.solution.back_end == back_end
     assert done.solution.largest_move < 0.1
-    jobs.do(FindCovariances(3, file_of(open_log(office)), done.kept, Recipe(back_end=back_end).config()), lambda: False)
+    jobs.do(FindCovariances(3, file, PackedResult(done.kept, config)), lambda: False)
     found = next(message for message in sent if isinstance(message, CovariancesFound))
     assert set() != found.splines.keys() <= {spline.id for spline in done.snapshot.map}

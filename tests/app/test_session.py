@@ -339,7 +339,7 @@ def test_every_estimator_starts_from_the_run_over_the_log(finished: tuple[Sessio
     for back_end in ("pose_graph", "sam"):
         solved_again(session, inline, back_end)
         asked = next(request for request in reversed(inline.asked) if isinstance(request, told.SolveMap))
-        assert asked.kept is run.kept
+        assert asked.result.kept is run.kept
         assert session.result is not None
         assert session.results.run_behind(session.result).number == run.number
     session.apply(ask.DeleteResult(run.number))

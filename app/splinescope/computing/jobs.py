@@ -25,7 +25,6 @@ from splinescope.computing.handover import unpacked
 from splinescope.computing.iterations import frames_of
 from splinescope.computing.live_map import LiveMap
 from splinescope.computing.messages import (
-    SENT_BEFORE,
     ConsistencyFound,
     CovariancesFound,
     FindCovariances,
@@ -42,6 +41,7 @@ from splinescope.computing.messages import (
     Stopped,
     for_looking_at,
 )
+from splinescope.computing.packed_result import SENT_BEFORE, PackedResult
 from splinescope.computing.reporter import Reporter, failures_told
 from splinescope.computing.solution import Solution, solution_of
 from splinescope.quality import quality_of
@@ -81,27 +81,27 @@ class Jobs:
             case ProcessLog(log=log, config=config):
                 self._asked = self._amended = None
                 self._latest = process(self._open(log), config, reporter, self._send, cancelled)
-            case SolveMap(log=log, config=config, edits=edits):
-                before = self._with_edits(request, cancelled)
-                self._latest = optimise(self._open(log), before, config, bool(edits), reporter, self._send, cancelled)
-            case FindCovariances(log=log, config=config):
-                snapshot = self._with_edits(request, cancelled)
-                judge(self._open(log), snapshot, config, reporter, self._send, cancelled)
+            case SolveMap(log=log, result=result):
+                before, edited = self._with_edits(result, cancelled), bool(result.edits)
+                self._latest = optimise(self._open(log), before, result.config, edited, reporter, self._send, cancelled)
+            case FindCovariances(log=log, result=result):
+                snapshot = self._with_edits(result, cancelled)
+                judge(self._open(log), snapshot, result.config, reporter, self._send, cancelled)
                 self._send(Finished(request.job))
-            case MeasureMap(first=first, second=second):
-                snapshot = self._with_edits(request, cancelled)
+            case MeasureMap(result=result, first=first, second=second):
+                snapshot = self._with_edits(result, cancelled)
                 self._send(Measured(request.job, self._measured(snapshot, first, second)))
 
-    def _with_edits(self, request: SolveMap | FindCovariances | MeasureMap, cancelled: Cancelling) -> Snapshot:
-        """A snapshot amended by hand, as the editor made it, or made here; the latest one is remembered."""
-        base, edits = self._unpacked(request.kept), request.edits
+    def _with_edits(self, result: PackedResult, cancelled: Cancelling) -> Snapshot:
+        """A result with its edits, as the editor made it, or made here; the latest one is remembered."""
+        base, edits = self._unpacked(result.kept), result.edits
         if not edits:
             return base.snapshot
         if self._amended is None or self._amended[0] is not base or self._amended[1] != edits:
-            if request.amended is not None:
-                after = unpacked(base.snapshot, request.amended)
+            if result.amended is not None:
+                after = unpacked(base.snapshot, result.amended)
             else:
-                after = amended(base.snapshot, edits, request.config, cancelled=cancelled).snapshot
+                after = amended(base.snapshot, edits, result.config, cancelled=cancelled).snapshot
             self._amended = (base, edits, after)
         return self._amended[2]
 

@@ -9,18 +9,14 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.backends.protocol import IterationRecord
-from bspline_slam.edits.edit import Edit
 from bspline_slam.lab.scan_consistency import ScanConsistency
 from bspline_slam.lab.stretches import Stretches
 from bspline_slam.measuring import Measurement, Picked
 from bspline_slam.slam import SlamConfig, SlamStep, Snapshot
 from splinescope.computing.iterations import Frame
+from splinescope.computing.packed_result import PackedResult
 from splinescope.computing.solution import Solution
 from splinescope.quality import Quality
-
-SENT_BEFORE = b""
-"""Instead of a snapshot that is kept: that of the last request which had one. `amended` is the result with the edits as
-the editor packed it; None where it was sent before, or where the estimator has to make these edits itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,41 +38,31 @@ class ProcessLog:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SolveMap:
-    """Solve the map of a snapshot, `kept` as it was sent, made from the log and then amended by hand, as the
-    configuration says."""
+    """Solve the map of a result made from the log, as its configuration says."""
 
     job: int
     log: LogFile
-    kept: bytes
-    config: SlamConfig
-    edits: tuple[Edit, ...] = ()
-    amended: bytes | None = None
+    result: PackedResult
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FindCovariances:
-    """How good a map is, `kept` as it was sent, made as the configuration says and then amended by hand: its residuals,
-    and of a solved one the marginal covariances and how consistent it is."""
+    """How good the map of a result made from the log is: its residuals, and of a solved one the marginal covariances
+    and how consistent it is."""
 
     job: int
     log: LogFile
-    kept: bytes
-    config: SlamConfig
-    edits: tuple[Edit, ...] = ()
-    amended: bytes | None = None
+    result: PackedResult
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeasureMap:
-    """How far two things of a solved map are apart, `kept` as it was sent and then amended by hand."""
+    """How far two things of the solved map of a result are apart."""
 
     job: int
-    kept: bytes
-    config: SlamConfig
-    edits: tuple[Edit, ...]
+    result: PackedResult
     first: Picked
     second: Picked
-    amended: bytes | None = None
 
 
 Request = ProcessLog | SolveMap | FindCovariances | MeasureMap

@@ -15,12 +15,10 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, runtime_checkable
 
 from bspline_slam.backends.threads import single_thread
-from bspline_slam.edits.edit import Edit
 from bspline_slam.measuring import Picked
 from bspline_slam.slam import SlamConfig
 from splinescope.computing.edit_messages import EditRequest
 from splinescope.computing.messages import (
-    SENT_BEFORE,
     Failed,
     FindCovariances,
     LogFile,
@@ -30,6 +28,7 @@ from splinescope.computing.messages import (
     Request,
     SolveMap,
 )
+from splinescope.computing.packed_result import SENT_BEFORE, PackedResult
 
 NICENESS = 5
 """The estimator gives way to the page when both want the same core."""
@@ -79,30 +78,17 @@ class Worker:
         self._sent = self._amended = b""
         return self._ask(ProcessLog(self._job + 1, log, config))
 
-    def solve(
-        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
-    ) -> int:
-        """Ask for a map with hand edits to be solved again, `kept` being what came with it before these and `amended`
-        what the editor made of it; returns the job's number."""
-        return self._ask(SolveMap(self._job + 1, log, kept, config, edits, amended))
+    def solve(self, log: LogFile, result: PackedResult) -> int:
+        """Ask for the map of a result to be solved again; returns the job's number."""
+        return self._ask(SolveMap(self._job + 1, log, result))
 
-    def covariances(
-        self, log: LogFile, kept: bytes, config: SlamConfig, edits: tuple[Edit, ...] = (), amended: bytes | None = None
-    ) -> int:
-        """Ask for the covariances of a map with hand edits, as in `solve`; returns the job's number."""
-        return self._ask(FindCovariances(self._job + 1, log, kept, config, edits, amended))
+    def covariances(self, log: LogFile, result: PackedResult) -> int:
+        """Ask how good the map of a result is; returns the job's number."""
+        return self._ask(FindCovariances(self._job + 1, log, result))
 
-    def measure(
-        self,
-        kept: bytes,
-        config: SlamConfig,
-        edits: tuple[Edit, ...],
-        first: Picked,
-        second: Picked,
-        amended: bytes | None = None,
-    ) -> int:
-        """Ask how far two things of a map with hand edits are apart, as in `solve`; returns the job's number."""
-        return self._ask(MeasureMap(self._job + 1, kept, config, edits, first, second, amended))
+    def measure(self, result: PackedResult, first: Picked, second: Picked) -> int:
+        """Ask how far two things of the map of a result are apart; returns the job's number."""
+        return self._ask(MeasureMap(self._job + 1, result, first, second))
 
     def cancel(self) -> None:
         """Stop every job asked for so far."""
@@ -116,17 +102,18 @@ class Worker:
             process.join(5)
 
     def _ask(self, request: Request | EditRequest) -> int:
-        """A snapshot is large: one that the process got with the request before is not sent again."""
         self.start()
         self._job = request.job
         if isinstance(request, SolveMap | FindCovariances | MeasureMap):
-            again, self._sent = request.kept is self._sent, request.kept
-            known, self._amended = request.amended is self._amended, request.amended or b""
-            request = replace(
-                request, kept=SENT_BEFORE if again else request.kept, amended=None if known else request.amended
-            )
+            request = replace(request, result=self._shortened(request.result))
         self._requests.put(request)
         return request.job
+
+    def _shortened(self, result: PackedResult) -> PackedResult:
+        """A snapshot is large: one that the process got with the request before is not sent again."""
+        again, self._sent = result.kept is self._sent, result.kept
+        known, self._amended = result.amended is self._amended, result.amended or b""
+        return replace(result, kept=SENT_BEFORE if again else result.kept, amended=None if known else result.amended)
 
     def _listen(self, inbox: Connection, process: BaseProcess) -> None:
         try:

@@ -21,7 +21,6 @@ from bspline_slam.slam import SlamConfig
 from splinescope.computing import jobs
 from splinescope.computing.jobs import Jobs
 from splinescope.computing.messages import (
-    SENT_BEFORE,
     ConsistencyFound,
     CovariancesFound,
     Failed,
@@ -38,6 +37,7 @@ from splinescope.computing.messages import (
     StepsDone,
     Stopped,
 )
+from splinescope.computing.packed_result import SENT_BEFORE, PackedResult
 from splinescope.computing.reporter import Reporter, seconds_left
 
 
@@ -81,7 +81,7 @@ def test_a_cancelled_run_keeps_what_it_has(log: MemoryLog) -> None:
 def test_solving_sends_iterations_with_falling_cost(log: MemoryLog) -> None:
     pipeline = Slam(log)
     list(pipeline.steps())
-    sent = messages_of(SolveMap(1, file_of(log), pickle.dumps(pipeline.snapshot()), SlamConfig()))
+    sent = messages_of(SolveMap(1, file_of(log), PackedResult(pickle.dumps(pipeline.snapshot()), SlamConfig())))
     records = [message.record for message in sent if isinstance(message, Iterated)]
     assert records[0].index == 0
     assert isinstance(sent[-1], Finished)
@@ -108,7 +108,7 @@ def processed(log: MemoryLog) -> Finished:
 
 def covariances_of(kept: bytes | None, log: MemoryLog) -> FindCovariances:
     assert kept is not None
-    return FindCovariances(2, file_of(log), kept, SlamConfig())
+    return FindCovariances(2, file_of(log), PackedResult(kept, SlamConfig()))
 
 
 def test_a_solved_map_is_tested_once_its_covariances_are_known(log: MemoryLog) -> None:
@@ -196,7 +196,7 @@ def test_time_left_is_told_only_when_it_is_more_than_a_guess() -> None:
 def test_a_snapshot_that_was_sent_before_need_not_be_sent_again(log: MemoryLog) -> None:
     asked = covariances_of(processed(log).kept, log)
     first = messages_of(asked)
-    twice = messages_of(asked, replace(asked, job=3, kept=SENT_BEFORE))[len(first) :]
+    twice = messages_of(asked, replace(asked, job=3, result=replace(asked.result, kept=SENT_BEFORE)))[len(first) :]
     assert [type(message) for message in twice] == [type(message) for message in first]
     assert {message.job for message in twice} == {3}
 

@@ -25,6 +25,7 @@ from splinescope.computing.messages import (
     StepsDone,
     Stopped,
 )
+from splinescope.computing.packed_result import PackedResult
 from splinescope.computing.worker import Worker, obituary
 
 CONFIG = SlamConfig()
@@ -65,12 +66,12 @@ def test_a_log_is_processed_solved_and_its_covariances_found(running: tuple[Work
     assert len(done.snapshot.map) > 0
 
     assert done.kept is not None
-    worker.covariances(log, done.kept, CONFIG)
+    worker.covariances(log, PackedResult(done.kept, CONFIG))
     found = next(message for message in until(Finished) if isinstance(message, CovariancesFound))
     assert set(found.splines) <= {spline.id for spline in done.snapshot.map}
     assert len(found.splines) > 0
 
-    worker.solve(log, done.kept, CONFIG)
+    worker.solve(log, PackedResult(done.kept, CONFIG))
     solved = until(Finished)[-1]
     assert isinstance(solved, Finished)
     assert solved.snapshot is not None
