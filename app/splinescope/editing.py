@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
-from bspline_slam.association import Association
 from bspline_slam.edits.doubts import Doubt
-from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, CloseLoop, Edit, splines_made
+from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, splines_made
 from bspline_slam.edits.explain import Explanation
 from bspline_slam.edits.history import Accept, Accepted, GoTo, History, Operation, Switch
-from bspline_slam.edits.journal import Journal, Origin
-from bspline_slam.errors import EditError, as_sentence
+from bspline_slam.edits.journal import Origin
+from bspline_slam.errors import EditError
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamStep
 from splinescope.activity import Activity, Work, stage_in_words
+from splinescope.amending import amended_result
 from splinescope.answering import Answering, Show
+from splinescope.chronicle import Chronicle
 from splinescope.computing import edit_messages as told
 from splinescope.computing.messages import Failed, Message, Progress, Stopped
 from splinescope.doubts import Doubts
@@ -36,11 +36,7 @@ NOT_KEPT = "The journal of edits cannot be written"
 
 
 class Editing:
-    """State: the run that is edited, its journal and history, and what is being proposed.
-
-    `offer` are edits from before that nobody has taken up yet. `making` says that the exact map is not there yet,
-    `activity` how far it is where that takes longer than a moment.
-    """
+    """State: the run that is edited, what was done in it, what is being proposed, and what the editor is asked for."""
 
     def __init__(
         self,
@@ -50,10 +46,9 @@ class Editing:
         tell: Callable[[Notice], None],
         now: Callable[[], float] = time.time,
     ) -> None:
-        self._editor, self._journals, self._show, self._tell, self._now = editor, journals, show, tell, now
+        self._editor, self._show, self._tell, self._now = editor, show, tell, now
+        self._chronicle = Chronicle(journals)
         self._log: ScanLog | None = None
-        self._origin: Origin | None = None
-        self._journal: Journal | None = None
         self._jobs: dict[str, int] = {}
         self._glimpsed = 0
         self._in_map: tuple[Edit, ...] = ()
@@ -62,8 +57,6 @@ class Editing:
         self._asked_at = 0.0
         self._recent = Recent()
         self.base: Result | None = None
-        self.history = History()
-        self.offer: History | None = None
         self.proposal: Proposal | None = None
         self.explanation: Explanation | None = None
         self.draft: LoopDraft | None = None
@@ -87,40 +80,30 @@ class Editing:
             return
         self.close()
         self.base, self._log = shown, log
-        self._origin = Origin.of(log, shown.recipe.config())
+        origin = Origin.of(log, shown.recipe.config())
         self._editor.cancel()
         self._jobs["prepare"] = self._editor.prepare(shown.kept, shown.recipe.config())
-        self._open_journal()
-
-    def _open_journal(self) -> None:
-        assert self._origin is not None and self._log is not None
-        path = self._journals.path(self._origin)
-        self.history, self.offer = History(), None
-        if not path.exists():
-            return
-        try:
-            self._journal = self._journals.open(self._origin)
-        except EditError as error:
-            self._tell(Notice("Edits from before cannot be taken up", as_sentence(str(error)), bad=True))
-            return
-        for note in self._journal.notes:
-            self._tell(Notice("The journal of edits", note))
-        if not self._journal.history.entries:
-            return
-        if self._journals.offered and self._journal.history.active:
-            self.offer = self._journal.history
-        else:
-            self.history = self._journal.history
+        for notice in self._chronicle.open(origin):
+            self._tell(notice)
+        if self.history.entries:
             self._make()
 
     def close(self) -> None:
         """Leave the run; its journal is free for others."""
-        if self._journal is not None:
-            self._journal.close()
-        self._journal, self._origin, self._log, self.base = None, None, None, None
-        self.history, self.offer, self.explanation, self._jobs, self._in_map = History(), None, None, {}, ()
+        self._chronicle.close()
+        self._log, self.base, self.explanation, self._jobs, self._in_map = None, None, None, {}, ()
         self.doubts, self._doubts_without, self._recent, self._settled_at = Doubts(), (), Recent(), 0
         self.leave()
+
+    @property
+    def history(self) -> History:
+        """What was done by hand in the run."""
+        return self._chronicle.history
+
+    @property
+    def offer(self) -> History | None:
+        """Edits from before that nobody has taken up yet."""
+        return self._chronicle.offer
 
     @property
     def refusal(self) -> str | None:
@@ -218,12 +201,11 @@ class Editing:
             self._do(operation)
 
     def _do(self, operation: Operation) -> None:
-        if self._refused("Nothing was changed") or self._origin is None:
+        if self._refused("Nothing was changed"):
             return
+        before = self.history
         try:
-            if self._journal is None:
-                self._journal = self._journals.open(self._origin)
-            before, self.history = self.history, self._journal.append(operation)
+            self._chronicle.append(operation)
         except (EditError, OSError) as error:
             self._tell(Notice("Nothing was changed", f"{NOT_KEPT}: {error}.", bad=True))
             return
@@ -238,17 +220,13 @@ class Editing:
 
     def take_up(self, on: bool) -> None:
         """Go on with the edits from before, or set them aside and begin anew."""
-        if self.offer is None or self._journal is None or self._origin is None:
+        if self.offer is None:
             return
         if on:
-            self.history = self._journal.history
+            self._chronicle.take_up()
             self._make()
         else:
-            self._journal.close()
-            kept = self._journals.set_aside(self._origin)
-            self._journal = None
-            self._tell(Notice("The edits are set aside", f"They are kept in {kept}."))
-        self.offer = None
+            self._tell(Notice("The edits are set aside", f"They are kept in {self._chronicle.set_aside()}."))
 
     def stop(self) -> None:
         """Leave off making the map: back to the last state that was there, from which redo leads on."""
@@ -342,27 +320,15 @@ class Editing:
     def _made(self, made: told.EditsMade) -> None:
         if self.base is None:
             return
-        steps, snapshot = amended_steps(self.base.steps, made.associations), made.snapshot
-        if made.same_closures:
-            snapshot = replace(snapshot, loop_closures=self.base.snapshot.loop_closures)
-        edited = replace(
-            self.base, snapshot=snapshot, steps=steps, solution=made.solution or self.base.solution,
-            quality=None, covariances={}, sigmas=None, consistency=None, measured=False, edits=self.history.active,
-            frames=(),
-        )  # fmt: skip
-        state = State(edited, made.explanation)
+        state = State(amended_result(self.base, self.history.active, made), made.explanation)
         self._recent.keep(state)
         self._take(state)
 
     def _matched(self, found: told.LoopMatched) -> None:
-        draft = self.draft
-        if draft is None or found.measured is None or found.sqrt_information is None:
+        matched = self.draft.matched(found) if self.draft is not None else None
+        if matched is None:
             return
-        self.draft = replace(draft, guess=found.measured, verdict=found.sentence)
-        x, y, heading = found.measured.tolist()
-        rows = tuple((float(a), float(b), float(c)) for a, b, c in found.sqrt_information.tolist())
-        root = (rows[0], rows[1], rows[2])
-        close = CloseLoop(draft.earlier, draft.scan, (x, y, heading), root, found.score, found.inliers)
+        self.draft, close = matched
         self.proposal = Proposal((close,), name_of((close,)))
         self._jobs["preview"] = self._editor.preview(self.history.active, (close,))
 
@@ -374,11 +340,3 @@ class Editing:
             self._jobs["prepare"] = self._editor.prepare(self.base.kept, self.base.recipe.config())
             if self.history.active:
                 self._jobs["make"] = self._editor.make(self.history.active, self._in_map)
-
-
-def amended_steps(
-    steps: Mapping[int, SlamStep], associations: Mapping[int, tuple[Association, ...]]
-) -> dict[int, SlamStep]:
-    """Steps with other associations for some of them."""
-    changed = {scan: replace(steps[scan], associations=told) for scan, told in associations.items() if scan in steps}
-    return {**steps, **changed}

@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
+from bspline_slam.edits.edit import CloseLoop
+from splinescope.computing.edit_messages import LoopMatched
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,3 +55,15 @@ class LoopDraft:
         turned = se2.rotation(turn) @ (self.pose[:2] - middle) + to_middle
         pose = np.array([turned[0], turned[1], float(se2.wrap(self.pose[2] + turn))])
         return replace(self, guess=se2.between(self.place, pose), verdict="", marks=())
+
+    def matched(self, found: LoopMatched) -> tuple[LoopDraft, CloseLoop] | None:
+        """The ghost scan where the scan matcher lays it, and the edit that closes the loop there; None where it found
+        nothing."""
+        if found.measured is None or found.sqrt_information is None:
+            return None
+        x, y, heading = found.measured.tolist()
+        (a, b, c), (d, e, f), (g, h, i) = found.sqrt_information.tolist()
+        close = CloseLoop(
+            self.earlier, self.scan, (x, y, heading), ((a, b, c), (d, e, f), (g, h, i)), found.score, found.inliers
+        )
+        return replace(self, guess=found.measured, verdict=found.sentence), close

@@ -152,6 +152,7 @@ class Desk:
     """A session with a finished run, and an editor that works when told."""
 
     def __init__(self, folder: Path, finished: list[Message], offered: bool = False, log: Path = LOG) -> None:
+        self.folder = folder
         self.editor = AtOnce(lambda message: self.session.hear(message))
         journals = Journals(folder, offered=offered)
         self.estimator = Idle()
@@ -180,7 +181,7 @@ class Desk:
 
     @property
     def journals(self) -> list[Path]:
-        return sorted(self.editing._journals.folder.glob("*.edits"))
+        return sorted(self.folder.glob("*.edits"))
 
     def do(self, *commands: ask.Command) -> None:
         for command in commands:
@@ -727,7 +728,7 @@ class Operating(RuleBasedStateMachine):
     @rule()
     def reopen(self) -> None:
         history, shown = self.desk.editing.history, self.desk.shown
-        folder = self.desk.editing._journals.folder
+        folder = self.desk.folder
         self.desk.editing.close()
         self.desk = Desk(folder, self.finished)
         assert (self.desk.editing.history, self.desk.shown) == (history, shown)
