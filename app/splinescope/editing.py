@@ -69,8 +69,7 @@ class Editing:
     # -- which run -----------------------------------------------------------------------------------------------
     def attend(self, log: ScanLog | None, shown: Result | None) -> None:
         """Look at what is shown: edits are about that, if it is a finished run."""
-        editable = log is not None and shown is not None and shown.editable
-        if not editable or shown is None or log is None:
+        if log is None or shown is None or not shown.editable:
             if shown is not None:
                 self.leave()
             return
@@ -80,10 +79,10 @@ class Editing:
             return
         self.close()
         self.base, self._log = shown, log
-        origin = Origin.of(log, shown.recipe.config())
+        config = shown.recipe.config()
         self._editor.cancel()
-        self._jobs["prepare"] = self._editor.prepare(shown.kept, shown.recipe.config())
-        for notice in self._chronicle.open(origin):
+        self._jobs["prepare"] = self._editor.prepare(shown.kept, config)
+        for notice in self._chronicle.open(Origin.of(log, config)):
             self._tell(notice)
         if self.history.entries:
             self._make()

@@ -4,33 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.edits.edit import Edit
-from bspline_slam.errors import ConfigError, as_sentence
 from bspline_slam.measuring import Picked
-from bspline_slam.slam import SlamConfig, Snapshot, check_names
-from splinescope.activity import Activity, Work, counted, duration, stage_in_words
+from bspline_slam.slam import Snapshot
+from splinescope.activity import Activity, Work, stage_in_words
 from splinescope.computing import messages as told
 from splinescope.computing.edit_messages import Ghost
-from splinescope.computing.packed_result import PackedResult
 from splinescope.computing.solution import Solution
+from splinescope.estimation_text import AT_WORK, UNCHANGED, done, unfit, unsolvable
+from splinescope.estimator import Estimator
 from splinescope.findings import Findings
 from splinescope.map_view import moved
 from splinescope.notice import Notice
 from splinescope.recipe import Recipe
 from splinescope.result import KEPT, Result, Results
-
-
-class Estimator(Protocol):
-    """Who computes: the worker's process, seen from here."""
-
-    def process(self, log: told.LogFile, config: SlamConfig) -> int: ...
-    def solve(self, log: told.LogFile, result: PackedResult) -> int: ...
-    def covariances(self, log: told.LogFile, result: PackedResult) -> int: ...
-    def measure(self, result: PackedResult, first: Picked, second: Picked) -> int: ...
-    def cancel(self) -> None: ...
 
 
 class Estimation:
@@ -122,30 +112,17 @@ class Estimation:
 
     def run_refusal(self, recipe: Recipe) -> str | None:
         """A sentence on what stands in the way of running over the log now; None if nothing does."""
-        if self.busy:
-            return "The estimator is at work; wait for its end, or cancel it."
-        try:
-            check_names(recipe.config())
-        except ConfigError as error:
-            return as_sentence(str(error))
-        return None
+        return AT_WORK if self.busy else unfit(recipe)
 
     def solve_refusal(self, recipe: Recipe) -> str | None:
         """A sentence on what stands in the way of solving the map shown now; None if nothing does."""
-        shown = self.results.shown
         if self.activity is not None and self.activity.work is Work.OPTIMISING:
             return "The map is being optimised already."
         if self.busy:
             return "The log is still being processed; wait for its end, or cancel it and optimise what is there."
-        if shown is None and self._findings.snapshot is not None:
+        if self.results.shown is None and self._findings.snapshot is not None:
             return "What the map was made from was lost with the estimator. Run the whole log again to optimise it."
-        if shown is None or not len(shown.snapshot.key_scans):
-            return "There is no map yet."
-        if recipe.back_end == "bs_slam" and self.results.run_behind(shown).edits:
-            return "BS-SLAM measures along single beams, and hand edits tie whole pieces: choose another estimator."
-        if not recipe.same_map(shown.recipe):
-            return "Another model, order or other knots shape the map from its first scan on: run the whole log again."
-        return None
+        return unsolvable(self.results, recipe)
 
     # -- results -------------------------------------------------------------------------------------------------
     def show(self, number: int) -> None:
@@ -203,7 +180,7 @@ class Estimation:
 
     def _choice_refusal(self, result: Result | None) -> str | None:
         if self.busy:
-            return "The estimator is at work; wait for its end, or cancel it."
+            return AT_WORK
         return "There is no such result." if result is None else None
 
     def _take(self, result: Result) -> None:
@@ -348,25 +325,3 @@ class Estimation:
         for gone in before.all:
             if self.results.find(gone.number) is None:
                 self._tell(Notice(f"Result {gone.number} has left the list", f"The latest {KEPT} results are kept."))
-
-
-def by_hand_in_words(edits: int) -> str:
-    """So many edits."""
-    return "one hand edit" if edits == 1 else f"{edits} hand edits"
-
-
-UNCHANGED = "The map stands as it was before."
-
-
-def done(activity: Activity, snapshot: Snapshot, solution: Solution | None, edits: int = 0) -> Notice:
-    """What to say at the end of a job."""
-    if activity.work is Work.OPTIMISING and solution is not None:
-        by_hand = f" with its {by_hand_in_words(edits)}" if edits else ""
-        return Notice(
-            f"The map is optimised{by_hand}",
-            f"Cost {solution.cost_before:,.1f} → {solution.cost_after:,.1f}; "
-            f"the largest move of a pose was {1000 * solution.largest_move:.1f} mm.",
-        )
-    time_taken = f" in {duration(solution.seconds)}" if solution is not None else ""
-    scans, splines = counted(len(snapshot.poses), "scan"), counted(len(snapshot.map), "spline")
-    return Notice("The log is processed", f"{scans} gave {splines}{time_taken}.")

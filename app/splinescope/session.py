@@ -20,7 +20,8 @@ from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.messages import LogFile, Measured, Message
 from splinescope.edit_desk import EditDesk
 from splinescope.editing import Editing
-from splinescope.estimation import Estimation, Estimator
+from splinescope.estimation import Estimation
+from splinescope.estimator import Estimator
 from splinescope.findings import Findings
 from splinescope.journals import Journals
 from splinescope.marks import next_mark

@@ -9,7 +9,7 @@ from splinescope import table
 from splinescope.activity import Work, duration
 from splinescope.commands import Choose
 from splinescope.computing.solution import Solution
-from splinescope.estimation import by_hand_in_words
+from splinescope.estimation_text import by_hand_in_words
 from splinescope.panels.action_button import ActionButton
 from splinescope.panels.panel import Post, on_change
 from splinescope.panels.status import doing
