@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import viser
 
-from app.inline import InlineEstimator, deliver, session_with, stand_in
-from app.logs import MemoryLog, corridor_log
+from app.inline import InlineEstimator, deliver
 from splinescope import commands as ask
 from splinescope.browser.page import Page
 from splinescope.comparison import FIGURES, differences, figures, largest_pose_difference
@@ -19,17 +18,10 @@ from splinescope.result import Result, Results
 from splinescope.session import Session
 
 
-@pytest.fixture(scope="module")
-def drive() -> MemoryLog:
-    return corridor_log(np.random.default_rng(3))
-
-
 @pytest.fixture
-def two(drive: MemoryLog, monkeypatch: pytest.MonkeyPatch) -> tuple[Session, InlineEstimator]:
+def two(finished: tuple[Session, InlineEstimator]) -> tuple[Session, InlineEstimator]:
     """A session with two results of the stand-in, the second 0.1 m beside the first."""
-    stand_in(monkeypatch, drive)
-    session, inline = session_with(drive)
-    deliver(session, inline)
+    session, inline = finished
     session.apply(ask.Choose(Recipe(back_end="sam")))
     session.apply(ask.Optimise())
     deliver(session, inline)

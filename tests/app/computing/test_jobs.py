@@ -41,17 +41,6 @@ from splinescope.computing.packed_result import SENT_BEFORE, PackedResult
 from splinescope.computing.reporter import Reporter, seconds_left
 
 
-@pytest.fixture(scope="module")
-def drive() -> MemoryLog:
-    return corridor_log(np.random.default_rng(1))
-
-
-@pytest.fixture
-def log(drive: MemoryLog, monkeypatch: pytest.MonkeyPatch) -> MemoryLog:
-    stand_in(monkeypatch, drive)
-    return drive
-
-
 def messages_of(*requests, cancelled=lambda: False) -> list[Message]:
     sent: list[Message] = []
     worker = Jobs(sent.append)
