@@ -125,10 +125,8 @@ class Workbench:
     # -- what can be asked ---------------------------------------------------------------------------------------
     def do(self, command: ask.Command) -> None:
         """Apply any command, as a page would; returns when it is done."""
-        barrier = Barrier(threading.Event())
         self._viewer.post(command)
-        self._viewer.post(barrier)
-        barrier.passed.wait()
+        self._pass()
 
     def open(self, log: str | Path) -> None:
         """Open a log, by its path or the name of a sample, and begin to process it. Raises SplineSlamError."""
@@ -242,7 +240,19 @@ class Workbench:
         session = self.session
         return session.activity is None and session.opening is None and not session.editing.making
 
+    def _pass(self) -> None:
+        """Wait until the viewer has done all that was asked of it before."""
+        barrier = Barrier(threading.Event())
+        self._viewer.post(barrier)
+        barrier.passed.wait()
+
     def _until(self, condition: Callable[[], Any], seconds: float | None = None) -> None:
-        with self._changed:
-            if not self._changed.wait_for(condition, seconds):
-                raise TimeoutError(f"the workbench was not ready after {seconds:g} s")
+        """Wait until a condition holds, also after the viewer is through with what it was doing: half of a change would
+        do otherwise."""
+        held = False
+        while not held:
+            with self._changed:
+                if not self._changed.wait_for(condition, seconds):
+                    raise TimeoutError(f"the workbench was not ready after {seconds:g} s")
+            self._pass()
+            held = condition()
