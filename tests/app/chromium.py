@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 
 ARTEFACTS = Path(__file__).parents[2] / "artefacts"
 PATIENCE = 60.0  # s: the slowest machine that tests run on
+ROOM = (-3.0, -2.0, 7.0, 4.0)  # m: a rectangle for pages to look at
 READY = (
     "window.__viserMutable?.cameraControl && window.splinescope?.camera?.viewport()"
     " && splinescope.latest.has('actions')"
@@ -97,6 +98,10 @@ class Window:
         path = ARTEFACTS / f"{name}.png"
         self.page.screenshot(path=path)
         return path
+
+
+Opener = Callable[..., Window]
+"""Opens a window by url."""
 
 
 @contextmanager

@@ -3,7 +3,7 @@ logs, and a desk to edit at."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser
 
-from app.chromium import Window, opened
+from app.chromium import Opener, Window, opened
 from app.desk import FILE, Desk
 from app.inline import InlineEstimator, deliver, session_with, stand_in
 from app.logs import MemoryLog, corridor_log
@@ -33,7 +33,7 @@ def page() -> Iterator[Page]:
 
 
 @pytest.fixture
-def open_window(browser: Browser) -> Iterator[Callable[..., Window]]:
+def open_window(browser: Browser) -> Iterator[Opener]:
     """Opens windows by url; at the end none of them may have complained on its console."""
     windows = []
     with ExitStack() as stack:

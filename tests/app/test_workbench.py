@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, expect
 
-from app.chromium import Window, until
+from app.chromium import Opener, Window, until
 from app.logs import corridor_log, write_carmen
 from app.running import COMPILING, running_viewer
 from splinescope import commands as ask
@@ -22,8 +22,6 @@ from splinescope.view import Colouring, Layer, Selection
 from splinescope.viewer import Viewer
 
 SCANS = 60
-
-Opener = Callable[..., Window]
 
 
 @pytest.fixture(scope="module")
