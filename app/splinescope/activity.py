@@ -9,7 +9,6 @@ from enum import Enum
 class Work(Enum):
     """The jobs of the estimator; the value says them in the page."""
 
-    OPENING = "Opening the log"
     PROCESSING = "Processing the log"
     OPTIMISING = "Optimising the map"
     COVARIANCES = "Measuring the map"

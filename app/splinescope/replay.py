@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from bspline_slam.scan import ScanLog
 from bspline_slam.slam import Snapshot
 from splinescope.computing.iterations import Frame, at_frame
@@ -16,7 +18,7 @@ class Replay:
 
     def __init__(self) -> None:
         self._chosen: tuple[Frames, int] = ((), 0)
-        self._played: tuple[Frame, Snapshot, MapView] | None = None
+        self._played = lru_cache(maxsize=1)(_played)
 
     def number(self, frames: Frames) -> int | None:
         """Which of these frames is shown; None for the result."""
@@ -35,10 +37,9 @@ class Replay:
     def map(self, frames: Frames, log: ScanLog, result: Snapshot) -> tuple[Snapshot, MapView] | None:
         """The result as it was at the iteration shown; None where that is the result itself."""
         number = self.number(frames)
-        if number is None:
-            return None
-        frame = frames[number]
-        if self._played is None or self._played[0] is not frame:
-            snapshot = at_frame(result, frame)
-            self._played = (frame, snapshot, view_map(log, snapshot, {}))
-        return self._played[1:]
+        return None if number is None else self._played(log, result, frames[number])
+
+
+def _played(log: ScanLog, result: Snapshot, frame: Frame) -> tuple[Snapshot, MapView]:
+    snapshot = at_frame(result, frame)
+    return snapshot, view_map(log, snapshot, {})

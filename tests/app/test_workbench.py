@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import expect
 
 from app.chromium import Opener, Window, until
 from app.logs import corridor_log, write_carmen
@@ -59,12 +59,6 @@ def ready(running: Viewer, log: Path) -> Viewer:
 
 def tab(window: Window, name: str) -> None:
     window.page.get_by_role("tab", name=name, exact=True).click()
-
-
-def field_of(window: Window, label: str) -> Locator:
-    """The text field in the row of that label: the viewer does not tie them together."""
-    row = "ancestor::div[contains(@class, 'mantine-Flex-root')][1]"
-    return window.page.get_by_text(label, exact=True).locator(f"xpath={row}").locator("input")
 
 
 def test_a_log_can_be_stepped_at_once_and_arrives_by_and_by(running: Viewer, open_window: Opener) -> None:
