@@ -1,7 +1,7 @@
 // The camera: straight down for ever. Every button pans, the wheel zooms about the pointer, nothing can tilt; only Python
 // may turn it about the vertical.
 
-import { on, send, viewer } from "./channel.js";
+import { connected, on, send, viewer } from "./channel.js";
 
 const MIN_VIEW = 0.2; // m from top to bottom
 const MAX_VIEW = 5000;
@@ -19,6 +19,8 @@ let bottom = 0; // px covered by the timeline
 let turn = 0; // rad from north up to what is up now, anticlockwise
 let aim = null; // a place to show; null once the camera stands there, or a person has moved it
 let timer = null;
+let kept = null; // where a person has put the camera: the viewer takes it away with every new connection
+let adrift = false; // it has done so, and nobody has put it back yet
 
 /** What this page sees: centre (m), metres per CSS pixel, size (px), turn (rad); null until the camera is up. */
 export function viewport() {
@@ -77,7 +79,7 @@ export function zoom(factor) {
 }
 
 function letGo() {
-  [wanted, aim, touched] = [null, null, true];
+  [wanted, aim, touched, adrift] = [null, null, true, false];
 }
 
 // Where the camera is going, not where it is.
@@ -114,6 +116,7 @@ function lock(controls) {
 function changed() {
   const view = viewport();
   if (!view) return;
+  keep(view);
   const key = Object.values(view).join();
   if (key === shown) return;
   shown = key;
@@ -121,6 +124,14 @@ function changed() {
   for (const watcher of watchers) watcher(view);
   timer ??= setTimeout(report, 80);
 }
+
+function keep({ x, y, metresPerPixel }) {
+  if (connected() && viewer().sendMessage !== sender) adrift = true;
+  if (!adrift && !aim) kept = touched ? [x, y, metresPerPixel] : null;
+}
+
+/** Where a person has put the camera of this page (x, y, metres per pixel); null where a fit has put it. */
+export const standpoint = () => kept;
 
 // All layers lie within a few metres of the floor: near and far as close around it as that, or depth is too coarse.
 function focusDepth() {
@@ -139,19 +150,19 @@ function report() {
 function fit({ bounds, number }) {
   if (number === fitted) return; // said again after a lost connection
   fitted = number;
-  [wanted, aim, touched] = [bounds, null, false];
+  [wanted, aim, touched, adrift] = [bounds, null, false, false];
   check();
 }
 
 function look(place) {
   if (place.number === fitted) return; // said again after a lost connection
   fitted = place.number;
-  [wanted, aim, touched] = [null, place, true];
+  [wanted, aim, touched, adrift] = [null, place, true, false];
   check();
 }
 
 /** Where the camera must stand to show a rectangle, clear of what covers the bottom. */
-function standpoint([left, low, right, high], view) {
+function placeFor([left, low, right, high], view) {
   const [across, along] = [Math.abs(Math.cos(turn)), Math.abs(Math.sin(turn))];
   const [width, height] = [right - left, high - low];
   const wide = Math.max(width * across + height * along, MIN_VIEW) / Math.max(view.width - 2 * MARGIN, 50);
@@ -165,7 +176,7 @@ function standpoint([left, low, right, high], view) {
 // connects: what was to be seen stays in sight until a person looks elsewhere.
 function keepShown(view) {
   if (!wanted) return;
-  const place = standpoint(wanted, view);
+  const place = placeFor(wanted, view);
   if (!stands(place, view)) stand(place, view, true);
 }
 
@@ -214,6 +225,7 @@ function check() {
   const internals = viewer();
   if (!internals?.cameraControl || !viewport()) return;
   if (internals.cameraControl !== locked) lock(internals.cameraControl);
+  keep(viewport());
   if (internals.sendMessage !== sender) {
     sender = internals.sendMessage;
     timer ??= setTimeout(report, 80);

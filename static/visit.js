@@ -2,6 +2,7 @@
 // and says so when nobody answers any more.
 
 import { perform, titleOf, watchActions } from "./actions.js";
+import { standpoint } from "./camera.js";
 import { connected, on, send, viewer } from "./channel.js";
 import { dialog } from "./dialog.js";
 import { layer } from "./overlay.js";
@@ -34,8 +35,9 @@ function hello() {
   const internals = viewer();
   lost.hidden = sender === null || connected();
   if (!connected() || internals.sendMessage === sender) return;
+  const back = sender !== null; // it goes on where it was, whatever others have looked at meanwhile
   sender = internals.sendMessage;
-  send("hello", { name: name(), query });
+  send("hello", { name: name(), query, back, place: back ? standpoint() : null });
   const words = new URLSearchParams(location.search);
   for (const each of OURS) words.delete(each);
   history.replaceState(null, "", location.pathname + (words.size ? `?${words}` : ""));

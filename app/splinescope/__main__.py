@@ -7,7 +7,6 @@ import json
 import os
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from bspline_slam.errors import Cancelled, SplineSlamError
 from splinescope.command_line.interrupt import cancelled_by_interrupt
@@ -38,9 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def view(options: argparse.Namespace) -> None:
     """Serve the page until it is stopped."""
-    from splinescope.paths import SAMPLE, find_log
+    from splinescope.log_choice import first_log
 
-    log = find_log(options.log or log_of_session(options.session) or SAMPLE)
+    log = first_log(options.log, options.session)
     from splinescope import viewer
 
     viewer.view(
@@ -50,20 +49,6 @@ def view(options: argparse.Namespace) -> None:
         browser=not options.no_browser and has_display(),
         session=options.session,
     )
-
-
-def log_of_session(session: Path | None) -> str | None:
-    """The path of the log that a session's file refers to. Raises ConfigError where that is gone, and
-    where the file is something else than a session, which would be written over."""
-    from bspline_slam.errors import ConfigError
-    from splinescope.browser.preferences import check, load
-
-    if session is not None:
-        check(session)
-    log = load(session).log if session is not None else ""
-    if log and not Path(log).exists():
-        raise ConfigError(f"the session {session} is about {log}, which is gone: say where the log is now")
-    return log or None
 
 
 def has_display() -> bool:

@@ -19,6 +19,7 @@ knows. Callbacks run on a thread of their own: they may ask for more. A script c
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import webbrowser
@@ -38,29 +39,36 @@ from splinescope import commands as ask
 from splinescope.browser import preferences as prefs
 from splinescope.browser.page import open_page
 from splinescope.computing.solution import Solution
+from splinescope.log_choice import first_log
 from splinescope.paths import find_log
 from splinescope.posted import Barrier
+from splinescope.recognition import recognition
 from splinescope.session import Session
 from splinescope.view import Selection
 from splinescope.viewer import Viewer
 
+logger = logging.getLogger(__name__)
+
 
 def open_workbench(
-    log: str | Path,
+    log: str | Path | None = None,
     *,
     host: str = "127.0.0.1",
     port: int = 0,
     browser: bool = True,
     session: Path | None = None,
 ) -> Workbench:
-    """Serve the page with a log, given by its path or the name of a sample, that is being processed from now on.
+    """Serve the page with a log, given by its path or the name of a sample, that is being processed from now on; without
+    one, with that of the session, else with a sample.
 
-    Raises SplineSlamError where it cannot be read, ConfigError where the address cannot be had. `session` is the file
-    that remembers layers and views. `port` 0 takes any free one.
+    Raises SplineSlamError where it cannot be read, ConfigError where the address cannot be had, where `session` is no
+    session's file, and where its log is gone. `session` is the file that remembers layers and views; that its log has
+    moved or changed since is logged as a warning. `port` 0 takes any free one.
     """
+    found = first_log(None if log is None else str(log), session)
     scope = Workbench(Viewer(open_page(host, port, title="SplineScope"), session or prefs.default_path()))
     try:
-        scope.open(log)
+        scope.open(found)
     except SplineSlamError:
         scope.close()
         raise
@@ -129,13 +137,16 @@ class Workbench:
         self._pass()
 
     def open(self, log: str | Path) -> None:
-        """Open a log, by its path or the name of a sample, and begin to process it. Raises SplineSlamError."""
+        """Open a log, by its path or the name of a sample, and begin to process it; one that has moved or changed since
+        the session referred to it is warned of. Raises SplineSlamError."""
         request = ask.OpenLog(find_log(str(log)))
-        before = len(self.session.troubles)
+        before, visit = len(self.session.troubles), self.session.preferences
         self.do(request)
         self._until(lambda: self.session.opening != request)
         if self.session.log is None or len(self.session.troubles) > before:
             raise SplineSlamError(self.session.troubles[-1])
+        for notice in recognition(self.session.log, visit):
+            logger.warning("%s: %s", notice.title, notice.text)
 
     def seek(self, index: int) -> None:
         """Show scan `index`; −1 is the last one."""

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from splinescope import commands as ask
 from splinescope.actions import Answer, Perform
+from splinescope.browser.values import Place
 from splinescope.computing.messages import Message
 
 
@@ -36,10 +37,13 @@ class PageMoved:
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """A page has come that calls itself `name`; `query` stands behind its address."""
+    """A page has come that calls itself `name`; `query` stands behind its address. It is `back` where it was here before
+    its connection was lost, and looked at `place` then (None: at what it was made to see)."""
 
     name: str
     query: str
+    back: bool = False
+    place: Place | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -136,11 +136,15 @@ class Presenter:
 
     def greet(self, client: int, place: Place | None) -> None:
         """Let a page that has come look at this place, or else where the log was looked at, and open its tab."""
-        wanted = place or self._session.place
-        if wanted is not None:
-            self._camera.look(wanted, client)
-        self._camera.welcome(self._bounds())  # it may have said what it sees before it could be spoken to
+        self.greet_again(client, place or self._session.place)
         self._tell(client, "tab", self._session.tab)
+
+    def greet_again(self, client: int, place: Place | None) -> None:
+        """Let a page that has come back after its connection was lost look at its own place, or else at all; its tab is
+        open still."""
+        if place is not None:
+            self._camera.look(place, client)
+        self._camera.welcome(self._bounds())  # it may have said what it sees before it could be spoken to
 
     def copy_link(self, client: int) -> None:
         """Give a page the link to this moment as it sees it."""

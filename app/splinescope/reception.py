@@ -87,7 +87,11 @@ class Reception:
             else:
                 self._links[client] = link
                 self._session.tell(replace(LINK_WAITS, client=client))
-        self._presenter.greet(client, link.place)
+        place = link.place or hello.place
+        if hello.back:
+            self._presenter.greet_again(client, place)
+        else:
+            self._presenter.greet(client, place)
 
     def _visit(self, visitors: Visitors) -> None:
         self._visitors = visitors

@@ -111,7 +111,7 @@ class Viewer:
         page.on_timeline(self._timeline)
         page.on_row(self._row)
         page.on_view(lambda: self.post(PageMoved()))
-        page.on_hello(lambda name, query: self.post(Hello(name, query)))
+        page.on_hello(lambda *told: self.post(Hello(*told)))
         page.on_goodbye(lambda client: self.post(Goodbye(client)))
         page.on_answer(lambda action, text: self.post(Answer(action, text)))
         page.on_tab(lambda name: self.post(ask.ShowTab(name)))

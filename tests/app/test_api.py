@@ -84,6 +84,34 @@ def test_a_program_overrules_the_estimator_and_takes_it_back(scope: Workbench) -
     scope.wait(COMPILING)
 
 
+def test_a_session_refers_to_its_log_and_tells_what_became_of_it(
+    log: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    session, copy = tmp_path / "session.json", tmp_path / "copy.log"
+    copy.write_bytes(log.read_bytes())
+    with open_workbench(copy, browser=False, session=session):
+        pass
+    moved = copy.rename(tmp_path / "moved.log")
+    with pytest.raises(ConfigError, match="copy.log, which is gone"):
+        open_workbench(browser=False, session=session)
+    with open_workbench(moved, browser=False, session=session):
+        assert "The log has moved: It was" in caplog.text
+    moved.write_bytes(b"".join(moved.read_bytes().splitlines(keepends=True)[:-5]))
+    caplog.clear()
+    with open_workbench(browser=False, session=session) as scope:
+        assert scope.session.log is not None and scope.session.log.path == moved
+        assert "The log has changed: moved.log is not what it was" in caplog.text
+
+
+@pytest.mark.parametrize("log", [None, "office"])
+def test_a_file_that_is_no_session_stays_as_it_is(log: str | None, tmp_path: Path) -> None:
+    other = tmp_path / "thesis.txt"
+    other.write_text("Chapter 1", encoding="utf-8")
+    with pytest.raises(ConfigError, match="no session of SplineScope"):
+        open_workbench(log, browser=False, session=other)
+    assert other.read_text(encoding="utf-8") == "Chapter 1"
+
+
 def test_what_cannot_be_done_is_raised_in_a_sentence(scope: Workbench, log: Path, tmp_path: Path) -> None:
     with pytest.raises(SplineSlamError, match="nowhere"):
         scope.open(tmp_path / "nowhere.log")

@@ -286,6 +286,29 @@ def test_one_drives_and_others_watch_until_they_take_control(ready: Viewer, open
     until(lambda: ready.session.cursor == 0, "the driver to drive on after a reload")
 
 
+@pytest.mark.parametrize("touched", [True, False])
+def test_a_page_that_comes_back_goes_on_where_it_was(
+    ready: Viewer, open_window: Opener, monkeypatch: pytest.MonkeyPatch, touched: bool
+) -> None:
+    """Whether it drives or watches, its place and its tab are its own, whatever others look at."""
+    windows = one, two = open_window(ready.url), open_window(ready.url)
+    one.page.keyboard.press("+")
+    if touched:
+        two.page.keyboard.press("-")
+    tab(two, "Quality")
+    places = [window.settled() for window in windows]
+    assert places[0]["metresPerPixel"] != pytest.approx(places[1]["metresPerPixel"])
+    greeted, greet = [], ready._presenter.greet_again
+    monkeypatch.setattr(ready._presenter, "greet_again", lambda *told: (greet(*told), greeted.append(told)))
+    ready._page.server._websock_server.disconnect_all_clients()
+    until(lambda: len(greeted) == 2, "both pages to come back")
+    for window, place in zip(windows, places, strict=True):
+        until(lambda window=window, place=place: window.settled() == pytest.approx(place, abs=0.01), "its own place")
+        expect(window.page.get_by_role("alert")).to_be_hidden()
+        window.errors.clear()  # the browser says that the connection was lost
+    expect(two.page.get_by_role("tab", name="Quality")).to_have_attribute("aria-selected", "true")
+
+
 def test_every_setting_of_the_view_survives_a_reload(ready: Viewer, open_window: Opener) -> None:
     window = open_window(ready.url)
     page = window.page

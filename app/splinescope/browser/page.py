@@ -10,7 +10,7 @@
     page.on_timeline(lambda command, value: ...)     # ("seek", 17), ("speed", 2)
     page.on_row(lambda name, number: ...)            # ("closure", 17)
     page.on_view(lambda: ...)                        # somebody panned, zoomed, connected or left
-    page.on_hello(lambda name, query: ...)           # a page has come, called so, with these words behind its address
+    page.on_hello(lambda name, query, back, place: ...)  # a page has come, called so, with these words behind its address
     page.on_goodbye(lambda client: ...)              # a page has left
     page.on_tab(lambda name: ...)                    # somebody opened this tab
 
@@ -32,6 +32,7 @@ from jaxtyping import Float
 
 from splinescope.browser.asker import asked_by
 from splinescope.browser.channel import PageEvent, PageState
+from splinescope.browser.log_view import place_from
 from splinescope.browser.server import ANY_ADDRESS, LOOPBACK, start_server, stop_server
 from splinescope.browser.values import Bounds, Mark, Place, TimelineState, Viewport
 
@@ -50,6 +51,7 @@ ClickCallback = Callable[[Float[np.ndarray, "2"], float, viser.ClientHandle], No
 BoxCallback = Callable[[Float[np.ndarray, "4 2"]], None]
 TimelineCallback = Callable[[str, float], None]
 RowCallback = Callable[[str, int], None]
+HelloCallback = Callable[[str, str, bool, Place | None], None]
 
 
 def open_page(host: str, port: int, *, title: str = "SplineScope") -> Page:
@@ -81,7 +83,7 @@ class Page:
         self._timelines: list[TimelineCallback] = []
         self._rows: list[RowCallback] = []
         self._views: list[Callable[[], None]] = []
-        self._hellos: list[Callable[[str, str], None]] = []
+        self._hellos: list[HelloCallback] = []
         self._goodbyes: list[Callable[[int], None]] = []
         self._tabs: list[Callable[[str], None]] = []
         self._answers: list[Callable[[str, str], None]] = []
@@ -179,7 +181,7 @@ class Page:
         """Call back when some page sees something else than before."""
         self._views.append(callback)
 
-    def on_hello(self, callback: Callable[[str, str], None]) -> None:
+    def on_hello(self, callback: HelloCallback) -> None:
         """Call back with the name that a page has given itself when it has come, and the query of its address."""
         self._hellos.append(callback)
 
@@ -252,7 +254,8 @@ class Page:
                     raise ValueError("a box has four corners")
                 return [(callback, (corners,)) for callback in self._boxes]
             case "hello":
-                return [(callback, (str(value["name"])[:80], str(value["query"])[:2000])) for callback in self._hellos]
+                told = (str(value["name"])[:80], str(value["query"])[:2000], bool(value["back"]))
+                return [(callback, (*told, place_from(value["place"]))) for callback in self._hellos]
             case "answer":
                 return [
                     (callback, (str(value["action"])[:80], str(value["text"])[:4000])) for callback in self._answers
