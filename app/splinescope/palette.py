@@ -69,6 +69,7 @@ class Glyph(Enum):
     OPEN = "open"
     FAN = "fan"
     WARNING = "warning"
+    PIN = "pin"
 
 
 @dataclass(frozen=True, eq=False, slots=True)

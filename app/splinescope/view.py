@@ -114,13 +114,15 @@ class Selection:
 @dataclass(frozen=True, eq=False, slots=True)
 class GhostView:
     """What hand edits would change, drawn over the map: splines and path as they would be, the beam ends of a scan that
-    is laid over another, points clicked for that, and lines that show where the last edits moved key poses."""
+    is laid over another, points clicked for that, lines that show where the last edits moved key poses, and the places
+    that are pinned."""
 
     splines: SplineMap | None = None
     path: Float[np.ndarray, "m 3"] | None = None
     points: Float[np.ndarray, "k 2"] | None = None
     marks: tuple[tuple[float, float], ...] = ()
     moves: Float[np.ndarray, "n 2 2"] | None = None
+    pins: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

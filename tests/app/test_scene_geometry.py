@@ -164,7 +164,15 @@ def test_the_window_of_a_detail_holds_all_that_is_seen(x: float, y: float, scale
 def test_of_moves_from_one_place_the_longest_is_drawn_and_none_that_would_be_a_dot() -> None:
     detail, start = Detail(0.01, EVERYWHERE), np.array([[1.005, 1.005], [1.006, 1.006], [3.0, 3.0], [5.0, 5.0]])
     step = np.array([[0.2, 0.0], [0.3, 0.0], [0.0, 0.4], [0.0, 0.001]])
-    view = GhostView(moves=np.stack([start, start + step], axis=1))
-    drawn = ghost_layers.moves(view, theme(dark=True), detail)
-    assert np.array_equal(drawn.segments, view.moves[[1, 2]])
+    lines = np.stack([start, start + step], axis=1)
+    drawn = ghost_layers.moves(GhostView(moves=lines), theme(dark=True), detail)
+    assert np.array_equal(drawn.segments, lines[[1, 2]])
     assert len(ghost_layers.moves(GhostView(), theme(dark=True), detail)) == 0
+
+
+def test_a_pin_touches_the_place_that_it_holds_and_stands_above_it() -> None:
+    detail, place = Detail(0.01, EVERYWHERE), (3.0, 4.0)
+    points = ghost_layers.pins(GhostView(pins=(place,)), theme(dark=True), detail).segments.reshape(-1, 2)
+    assert np.linalg.norm(points - place, axis=1).min() < 1e-9
+    assert points[:, 1].min() >= place[1] - 1e-9
+    assert len(ghost_layers.pins(GhostView(), theme(dark=True), detail)) == 0

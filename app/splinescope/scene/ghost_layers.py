@@ -11,7 +11,7 @@ from splinescope.scene.paths import simplified
 from splinescope.scene.strokes import Strokes, broken, dashed, glyphs
 from splinescope.view import GhostView
 
-GLYPH_PIXELS = 3.0
+GLYPH_PIXELS, PIN_PIXELS = 3.0, 8.0
 CELL_PIXELS, LEAST_PIXELS = 6.0, 1.5
 """Of the moves, one is drawn for each cell of the picture of so many pixels, if it is at least so long."""
 
@@ -48,3 +48,10 @@ def moves(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
     longest = np.sort(order[first])
     seen = longest[length[longest] > LEAST_PIXELS * detail.pixel]
     return Strokes.of(view.moves[seen], theme.legible(PURPLE))
+
+
+def pins(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
+    """A pin stuck into each place that is held by hand."""
+    radius = PIN_PIXELS * detail.pixel
+    places = np.array(view.pins, dtype=float).reshape(-1, 2) + np.array([0.0, radius])
+    return glyphs(Glyph.PIN, places, np.tile(theme.legible(PURPLE), (len(places), 1)), radius)

@@ -91,6 +91,7 @@ _SHAPES: dict[Glyph, Sequence[Sequence[tuple[float, float]]]] = {
         [(0.0, 0.6), (0.0, -0.1)],
         [(0.0, -0.35), (0.0, -0.55)],
     ],
+    Glyph.PIN: [[(0.0, -1.0), (0.0, 0.1)], [(-0.8, 0.1), (0.8, 0.1), (0.5, 1.0), (-0.5, 1.0), (-0.8, 0.1)]],
 }
 _UNIT = {glyph: np.concatenate([polyline(np.array(line)) for line in lines]) for glyph, lines in _SHAPES.items()}
 
