@@ -153,7 +153,10 @@ export function start() {
     jump.focus();
     jump.select();
   });
-  jump.addEventListener("keydown", (event) => event.key === "Escape" && jump.blur());
+  jump.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") jump.value = slider.value;
+    if (["Escape", "Enter"].includes(event.key)) jump.blur(); // the number that was there is no change, and is answered, too
+  });
   watchActions(show);
   on("role", ({ driving }) => (bar.inert = !driving));
   on("timeline", (value) => {

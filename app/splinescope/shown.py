@@ -150,7 +150,8 @@ class Shown:
         """What hand edits would change."""
         editing = self.editing
         automatic = editing.base.snapshot if editing.base is not None and editing.explanation is not None else None
-        return self._ghost(editing.proposal, editing.draft, automatic, self.findings.snapshot)
+        edits = editing.history.active
+        return self._ghost(editing.proposal, editing.draft, edits, automatic, self.findings.snapshot)
 
     # -- iterations shown again ----------------------------------------------------------------------------------
     @property

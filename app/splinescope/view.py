@@ -94,6 +94,8 @@ class MapView:
     times: Float[np.ndarray, "scans"] | None = None
 
 
+Point = tuple[float, float]
+"""A place in the world (m)."""
 Piece = tuple[int, int, int]
 """A piece of a scan: its segment, its first and its last beam."""
 
@@ -114,15 +116,16 @@ class Selection:
 @dataclass(frozen=True, eq=False, slots=True)
 class GhostView:
     """What hand edits would change, drawn over the map: splines and path as they would be, the beam ends of a scan that
-    is laid over another, points clicked for that, lines that show where the last edits moved key poses, and the places
-    that are pinned."""
+    is laid over another, points clicked for that, lines that show where the last edits moved key poses, the places
+    that are pinned, and the two ends of each loop closure made by hand."""
 
     splines: SplineMap | None = None
     path: Float[np.ndarray, "m 3"] | None = None
     points: Float[np.ndarray, "k 2"] | None = None
-    marks: tuple[tuple[float, float], ...] = ()
+    marks: tuple[Point, ...] = ()
     moves: Float[np.ndarray, "n 2 2"] | None = None
-    pins: tuple[tuple[float, float], ...] = ()
+    pins: tuple[Point, ...] = ()
+    ties: tuple[tuple[Point, Point], ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -42,7 +42,7 @@ def counts(view: View, viewport: Viewport) -> dict[str, int]:
 def test_every_layer_draws_something(view: View) -> None:
     assert view.map is not None
     lines = np.stack([view.map.estimate[:5, :2], view.map.estimate[:5, :2] + 0.5], axis=1)
-    ghost = GhostView(view.map.map, view.map.estimate, view.map.estimate[:9, :2], ((0.0, 0.0),), lines)
+    ghost = GhostView(view.map.map, view.map.estimate, view.map.estimate[:9, :2], ((0.0, 0.0),), lines, ((1.0, 1.0),))
     chosen = replace(view, selection=Selection("control point", 3, 2), compared=view.map, measured=np.eye(2))
     chosen = replace(chosen, ghost=ghost)
     drawn = counts(replace(chosen, colouring=Colouring.RESIDUAL), CLOSE)

@@ -172,7 +172,7 @@ def test_of_moves_from_one_place_the_longest_is_drawn_and_none_that_would_be_a_d
 
 def test_a_pin_touches_the_place_that_it_holds_and_stands_above_it() -> None:
     detail, place = Detail(0.01, EVERYWHERE), (3.0, 4.0)
-    points = ghost_layers.pins(GhostView(pins=(place,)), theme(dark=True), detail).segments.reshape(-1, 2)
+    points = ghost_layers.by_hand(GhostView(pins=(place,)), theme(dark=True), detail).segments.reshape(-1, 2)
     assert np.linalg.norm(points - place, axis=1).min() < 1e-9
     assert points[:, 1].min() >= place[1] - 1e-9
-    assert len(ghost_layers.pins(GhostView(), theme(dark=True), detail)) == 0
+    assert len(ghost_layers.by_hand(GhostView(), theme(dark=True), detail)) == 0

@@ -50,8 +50,15 @@ def moves(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
     return Strokes.of(view.moves[seen], theme.legible(PURPLE))
 
 
-def pins(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
-    """A pin stuck into each place that is held by hand."""
-    radius = PIN_PIXELS * detail.pixel
-    places = np.array(view.pins, dtype=float).reshape(-1, 2) + np.array([0.0, radius])
-    return glyphs(Glyph.PIN, places, np.tile(theme.legible(PURPLE), (len(places), 1)), radius)
+def by_hand(view: GhostView, theme: Theme, detail: Detail) -> Strokes:
+    """A pin stuck into each place that is held by hand; for each loop closure a line between two diamonds."""
+    hue, radius = theme.legible(PURPLE), PIN_PIXELS * detail.pixel
+    pins, ties = np.array(view.pins, dtype=float).reshape(-1, 2), np.array(view.ties, dtype=float).reshape(-1, 2, 2)
+    ends = ties.reshape(-1, 2)
+    return Strokes.joined(
+        [
+            glyphs(Glyph.PIN, pins + np.array([0.0, radius]), np.tile(hue, (len(pins), 1)), radius),
+            glyphs(Glyph.DIAMOND, ends, np.tile(hue, (len(ends), 1)), 0.75 * radius),
+            Strokes.of(ties, hue),
+        ]
+    )

@@ -55,6 +55,10 @@ def legend(theme: Theme, scale: Scale | None = None) -> list[Section]:
         _entry("Compared result", _line(theme.legible(COMPARED_HUE), LineStyle.DASHED)),
         _entry("Proposed by hand", _line(theme.legible(PURPLE), LineStyle.DASHED)),
         _entry("Pinned by hand", _glyph(theme.legible(PURPLE), Glyph.PIN, 7.0)),
+        _entry(
+            "Loop closed by hand",
+            _line(theme.legible(PURPLE), LineStyle.SOLID) + _glyph(theme.legible(PURPLE), Glyph.DIAMOND, 5.0),
+        ),
         _entry("Control point", _glyph(theme.spline(0), Glyph.SQUARE, 3.5)),
         _entry("2σ ellipse (86 %)", _ellipse(theme.legible(SKY))),
         _entry("Impossible covariance", _glyph(theme.legible(VERMILION), Glyph.WARNING)),

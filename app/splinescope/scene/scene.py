@@ -160,7 +160,7 @@ DRAWINGS = (
     Drawing("ghost", None, 2.2, lambda v: (v.ghost,), _of_ghost(ghost_layers.changed)),
     Drawing("ghost scan", None, 2.6, lambda v: (v.ghost,), _of_ghost(ghost_layers.scan)),
     Drawing("moves", None, 1.6, lambda v: (v.ghost,), _of_ghost(ghost_layers.moves)),
-    Drawing("pins", None, 2.0, lambda v: (v.ghost,), _of_ghost(ghost_layers.pins)),
+    Drawing("by hand", None, 2.0, lambda v: (v.ghost,), _of_ghost(ghost_layers.by_hand)),
     Drawing("robot", None, 2.4, _scan, _of_scan(scan_layers.robot)),
 )
 
