@@ -57,3 +57,24 @@ def test_arrow_keys_belong_to_the_timeline_even_after_its_buttons_were_used(page
     window.page.keyboard.press("ArrowRight")
     until(lambda: len(asked) >= 2, "the key")
     assert asked == ["next-scan", "next-scan"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "end", "sought"), [("30", "Enter", []), ("77", "Enter", [77.0]), ("77", "Escape", [])]
+)
+def test_the_field_gives_the_keys_back_to_the_map(
+    page: Page, open_window: Opener, typed: str, end: str, sought: list[float]
+) -> None:
+    asked: list[object] = []
+    page.on_timeline(lambda command, value: asked.append(value))
+    page.on_action(asked.append)
+    page.timeline(TimelineState(index=30, length=101, processed=60))
+    window = open_window(page.url)
+    field = window.page.get_by_label("Jump to scan")
+    field.fill(typed)
+    field.press(end)
+    window.page.keyboard.press("ArrowRight")
+    until(lambda: "next-scan" in asked, "the key")
+    assert asked == [*sought, "next-scan"]
+    if end == "Escape":
+        assert field.input_value() == "30"
