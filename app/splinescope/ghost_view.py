@@ -10,8 +10,8 @@ from jaxtyping import Float
 from bspline_slam.edits.edit import CloseLoop, Edit, PinPose, PinSpline
 from bspline_slam.errors import EditError
 from bspline_slam.slam import Snapshot
-from splinescope.loop_draft import LoopDraft
-from splinescope.proposal import Proposal
+from splinescope.edits.loop_draft import LoopDraft
+from splinescope.edits.proposal import Proposal
 from splinescope.view import GhostView, Point
 
 EXAGGERATED = 1.0

@@ -11,19 +11,19 @@ import numpy as np
 from bspline_slam.edits.edit import Edit
 from bspline_slam.scan import ScanLog
 from splinescope import commands as ask
-from splinescope.answering import Answering, Nobody
 from splinescope.browser.log_view import LogView
 from splinescope.browser.preferences import Preferences
 from splinescope.choosing import preferred
 from splinescope.closures import ClosurePage
 from splinescope.computing.edit_messages import Ghost
 from splinescope.computing.messages import LogFile, Measured, Message
-from splinescope.edit_desk import EditDesk
-from splinescope.editing import Editing
+from splinescope.edits.answering import Answering, Nobody
+from splinescope.edits.edit_desk import EditDesk
+from splinescope.edits.editing import Editing
+from splinescope.edits.journals import Journals
 from splinescope.estimation import Estimation
 from splinescope.estimator import Estimator
 from splinescope.findings import Findings
-from splinescope.journals import Journals
 from splinescope.marks import next_mark
 from splinescope.notice import Notice
 from splinescope.playback import Playback, play_axis

@@ -18,7 +18,9 @@ from splinescope.browser.preferences import Preferences
 from splinescope.browser.values import Bounds, Place
 from splinescope.closures import ClosurePage
 from splinescope.computing.solution import Solution
-from splinescope.editing import Editing
+from splinescope.edits.editing import Editing
+from splinescope.edits.proposal import asks
+from splinescope.edits.subject import EditKind, Subject, edits_for, subject_of
 from splinescope.estimation import Estimation
 from splinescope.findings import Findings
 from splinescope.ghost_view import ghost_view
@@ -26,12 +28,10 @@ from splinescope.map_view import view_map
 from splinescope.notice import Notice
 from splinescope.observation_view import ObservationStep, ObservationView, view_observation
 from splinescope.playback import Playback
-from splinescope.proposal import asks
 from splinescope.recipe import Recipe
 from splinescope.replay import Frames, Replay
 from splinescope.result import Result, Results
 from splinescope.ruler import Ruler, places
-from splinescope.subject import EditKind, Subject, edits_for, subject_of
 from splinescope.surroundings import surroundings
 from splinescope.view import GhostView, MapView, ScanView, Selection, View
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from splinescope.browser.values import Bounds
+from splinescope.edits.subject import Subject
 from splinescope.pieces import name_of_piece, points_of
-from splinescope.subject import Subject
 from splinescope.view import MapView, ScanView, Selection
 
 AROUND = 1.0

@@ -29,8 +29,8 @@ from splinescope.browser.page import Page, open_page
 from splinescope.computing.editor import Editor
 from splinescope.computing.messages import Message
 from splinescope.computing.worker import Worker
+from splinescope.edits.journals import Journals
 from splinescope.guide import Guide
-from splinescope.journals import Journals
 from splinescope.notice import Notice
 from splinescope.panels import closures, decisions, edit_lists
 from splinescope.paths import SAMPLE, find_log

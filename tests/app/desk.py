@@ -32,11 +32,11 @@ from splinescope.computing.messages import (
     Message,
 )
 from splinescope.computing.packed_result import PackedResult
-from splinescope.editing import Editing
-from splinescope.journals import Journals
+from splinescope.edits.editing import Editing
+from splinescope.edits.journals import Journals
+from splinescope.edits.subject import EditKind
 from splinescope.pieces import every_piece, name_of_piece
 from splinescope.session import Session
-from splinescope.subject import EditKind
 from splinescope.view import Piece, Selection
 
 LOG = Path(__file__).parents[2] / "sample_logs" / "three_splines.log.gz"

@@ -21,8 +21,8 @@ from bspline_slam.edits.explain import Fate
 from bspline_slam.edits.journal import read_journal
 from splinescope import commands as ask
 from splinescope.browser.preferences import Preferences, save
+from splinescope.edits.subject import EditKind
 from splinescope.pieces import every_piece, name_of_piece, points_of
-from splinescope.subject import EditKind
 from splinescope.view import Selection
 from splinescope.viewer import Viewer
 

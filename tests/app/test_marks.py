@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from app.desk import Desk
 from splinescope import commands as ask
+from splinescope.edits.subject import EditKind
 from splinescope.marks import marks
-from splinescope.subject import EditKind
 
 
 def test_marks_tell_where_a_hand_decided_and_keys_lead_there(desk: Desk) -> None:

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 from splinescope import commands as ask
 from splinescope.actions.action import Action, with_log
+from splinescope.edits.proposal import Picking
+from splinescope.edits.subject import EditKind
 from splinescope.lost_scans import next_lost
-from splinescope.proposal import Picking
 from splinescope.session import Session
-from splinescope.subject import EditKind
 
 Refusal = Callable[[Session], str | None]
 NO_POSE = "Select a key pose, or a segment of a key scan, first."

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bspline_slam.edits.edit import Edit
-from splinescope.proposal import Picking
-from splinescope.subject import EditKind
+from splinescope.edits.proposal import Picking
+from splinescope.edits.subject import EditKind
 from splinescope.view import Piece
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from bspline_slam.edits.explain import Explanation, Fate
 from bspline_slam.edits.history import Accepted, History
 from splinescope import table
-from splinescope.editing import Editing
+from splinescope.edits.editing import Editing
+from splinescope.edits.subject import NOTHING
 from splinescope.session import Session
-from splinescope.subject import NOTHING
 
 STATE, SWITCH, WORST, DOUBT = "edit-state", "edit-switch", "edit-worst", "doubt"
 """Names of rows in what the page tells of clicks."""

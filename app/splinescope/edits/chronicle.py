@@ -7,7 +7,7 @@ from pathlib import Path
 from bspline_slam.edits.history import History, Operation
 from bspline_slam.edits.journal import Journal, Origin
 from bspline_slam.errors import EditError, as_sentence
-from splinescope.journals import Journals
+from splinescope.edits.journals import Journals
 from splinescope.notice import Notice
 
 

@@ -10,13 +10,13 @@ from jaxtyping import Float
 from bspline_slam import se2
 from bspline_slam.edits.explain import Worst
 from splinescope import commands as ask
-from splinescope.loop_draft import LoopDraft
+from splinescope.edits.loop_draft import LoopDraft
+from splinescope.edits.proposal import Picking
+from splinescope.edits.subject import EditKind
 from splinescope.notice import Notice
 from splinescope.picking import nearest_key_pose, nearest_spline
 from splinescope.pieces import name_of_piece
-from splinescope.proposal import Picking
 from splinescope.shown import Shown
-from splinescope.subject import EditKind
 from splinescope.view import MapView, Piece, Selection
 
 

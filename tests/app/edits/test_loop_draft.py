@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinescope.loop_draft import LoopDraft
+from splinescope.edits.loop_draft import LoopDraft
 
 
 def test_two_pairs_of_points_lay_a_scan_where_they_say() -> None:

@@ -14,19 +14,19 @@ from bspline_slam.edits.journal import Origin
 from bspline_slam.errors import EditError
 from bspline_slam.scan import ScanLog
 from splinescope.activity import Activity, Work, stage_in_words
-from splinescope.amending import amended_result
-from splinescope.answering import Answering, Show
-from splinescope.chronicle import Chronicle
 from splinescope.computing import edit_messages as told
 from splinescope.computing.messages import Failed, Message, Progress, Stopped
-from splinescope.doubts import Doubts
-from splinescope.journals import Journals
-from splinescope.loop_draft import LoopDraft
+from splinescope.edits.amending import amended_result
+from splinescope.edits.answering import Answering, Show
+from splinescope.edits.chronicle import Chronicle
+from splinescope.edits.doubts import Doubts
+from splinescope.edits.journals import Journals
+from splinescope.edits.loop_draft import LoopDraft
+from splinescope.edits.proposal import Picking, Proposal
+from splinescope.edits.recent import Recent, State
+from splinescope.edits.subject import name_of
 from splinescope.notice import Notice
-from splinescope.proposal import Picking, Proposal
-from splinescope.recent import Recent, State
 from splinescope.result import Result
-from splinescope.subject import name_of
 
 NO_RUN = "Edits are made in the result of a finished run: show one first."
 OFFERED = "There are edits from before: take them up, or set them aside, first."

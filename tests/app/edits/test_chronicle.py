@@ -11,7 +11,7 @@ from splinescope import commands as ask
 from splinescope.computing.messages import (
     Message,
 )
-from splinescope.subject import EditKind
+from splinescope.edits.subject import EditKind
 
 
 def test_an_accepted_edit_is_in_the_journal_before_it_is_answered(desk: Desk) -> None:

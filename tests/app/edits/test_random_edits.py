@@ -37,7 +37,7 @@ from splinescope.computing.edit_messages import (
 from splinescope.computing.messages import (
     Message,
 )
-from splinescope.subject import EditKind
+from splinescope.edits.subject import EditKind
 from splinescope.view import Selection
 
 

@@ -32,8 +32,8 @@ from splinescope.computing.messages import (
     SolveMap,
 )
 from splinescope.computing.packed_result import PackedResult
+from splinescope.edits.subject import EditKind
 from splinescope.recipe import Recipe
-from splinescope.subject import EditKind
 from splinescope.view import Selection
 
 

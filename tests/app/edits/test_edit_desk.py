@@ -17,11 +17,11 @@ from bspline_slam.edits.edit import (
 from bspline_slam.logs import open_log
 from splinescope import commands as ask
 from splinescope.browser.preferences import Preferences
+from splinescope.edits.proposal import Picking
+from splinescope.edits.subject import EditKind
 from splinescope.panels.inspector import shown
 from splinescope.pieces import name_of_piece
-from splinescope.proposal import Picking
 from splinescope.session import Session
-from splinescope.subject import EditKind
 from splinescope.view import Selection
 
 
