@@ -1,4 +1,4 @@
-"""The command line: view, run, evaluate, simulate, twin, join, consistency. Everything that prints is here."""
+"""The command line, a function for each command. Everything that commands print is printed here."""
 
 from __future__ import annotations
 

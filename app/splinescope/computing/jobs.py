@@ -48,7 +48,6 @@ from splinescope.quality import quality_of
 
 logger = logging.getLogger(__name__)
 
-Send = Callable[[Message], None]
 Cancelling = Callable[[], bool]
 
 PREPARING = "Preparing the estimator (the very first run compiles for a minute)"
@@ -62,7 +61,7 @@ class Jobs:
     """Does one request after the other; remembers the log, the latest map and the factor of the one measured in, so as
     not to make them again."""
 
-    def __init__(self, send: Send) -> None:
+    def __init__(self, send: Callable[[Message], None]) -> None:
         self._send = send
         self._log: ScanLog | None = None
         self._latest: Done | None = None
@@ -80,17 +79,17 @@ class Jobs:
         match request:
             case ProcessLog(log=log, config=config):
                 self._asked = self._amended = None
-                self._latest = process(self._open(log), config, reporter, self._send, cancelled)
+                self._latest = process(self._open(log), config, reporter, cancelled)
             case SolveMap(log=log, result=result):
                 before, edited = self._with_edits(result, cancelled), bool(result.edits)
-                self._latest = optimise(self._open(log), before, result.config, edited, reporter, self._send, cancelled)
+                self._latest = optimise(self._open(log), before, result.config, edited, reporter, cancelled)
             case FindCovariances(log=log, result=result):
                 snapshot = self._with_edits(result, cancelled)
-                judge(self._open(log), snapshot, result.config, reporter, self._send, cancelled)
-                self._send(Finished(request.job))
+                judge(self._open(log), snapshot, result.config, reporter, cancelled)
+                reporter.send(Finished(request.job))
             case MeasureMap(result=result, first=first, second=second):
                 snapshot = self._with_edits(result, cancelled)
-                self._send(Measured(request.job, self._measured(snapshot, first, second)))
+                reporter.send(Measured(request.job, self._measured(snapshot, first, second)))
 
     def _with_edits(self, result: PackedResult, cancelled: Cancelling) -> Snapshot:
         """A result with its edits, as the editor made it, or made here; the latest one is remembered."""
@@ -145,7 +144,7 @@ class Done:
         return cls(snapshot, pickle.dumps(snapshot))
 
 
-def process(log: ScanLog, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling) -> Done:
+def process(log: ScanLog, config: SlamConfig, reporter: Reporter, cancelled: Cancelling) -> Done:
     """The whole pipeline over one log, streaming what it does. A cancelled run keeps the map it has."""
     reporter.stage(PREPARING)
     start = time.monotonic()
@@ -162,33 +161,32 @@ def process(log: ScanLog, config: SlamConfig, reporter: Reporter, send: Send, ca
     except Cancelled:
         reporter.flush()
         done = Done.of(pipeline.snapshot())
-        send_steps(done.snapshot, reporter.job, send)
-        send(Stopped(reporter.job, for_looking_at(done.snapshot), done.kept))
+        send_steps(done.snapshot, reporter)
+        reporter.send(Stopped(reporter.job, for_looking_at(done.snapshot), done.kept))
     else:
         solution = solution_of(log, config.back_end, before, snapshot, time.monotonic() - start)
-        send_steps(snapshot, reporter.job, send)
-        done = finished(snapshot, solution, reporter.job, send)
+        send_steps(snapshot, reporter)
+        done = finished(snapshot, solution, reporter)
     return done
 
 
-def finished(snapshot: Snapshot, solution: Solution | None, job: int, send: Send) -> Done:
+def finished(snapshot: Snapshot, solution: Solution | None, reporter: Reporter) -> Done:
     """The last word of a job that made a map."""
     done = Done.of(snapshot)
     frames = frames_of(snapshot.estimate.iterations) if snapshot.estimate is not None else ()
-    send(Finished(job, for_looking_at(snapshot), solution, done.kept, frames))
+    reporter.send(Finished(reporter.job, for_looking_at(snapshot), solution, done.kept, frames))
     return done
 
 
-def send_steps(snapshot: Snapshot, job: int, send: Send) -> None:
+def send_steps(snapshot: Snapshot, reporter: Reporter) -> None:
     """The final word on every key scan, in parcels that the page unpacks between two frames."""
     for first in range(0, len(snapshot.steps), PARCEL):
-        send(StepsDone(job, snapshot.steps[first : first + PARCEL]))
+        reporter.send(StepsDone(reporter.job, snapshot.steps[first : first + PARCEL]))
 
 
 def optimise(
-    log: ScanLog, before: Snapshot, config: SlamConfig, edited: bool, reporter: Reporter, send: Send,
-    cancelled: Cancelling,
-) -> Done:  # fmt: skip
+    log: ScanLog, before: Snapshot, config: SlamConfig, edited: bool, reporter: Reporter, cancelled: Cancelling
+) -> Done:
     """The map solved anew by the back end of the configuration, streaming its iterations; an `edited` one as the
     problem that the edits left."""
     reporter.stage("Building the graph")
@@ -198,23 +196,21 @@ def optimise(
     else:
         snapshot = slam.adjust(log, before, config, config.back_end, reporter.progress, cancelled)
     solution = solution_of(log, config.back_end, before, snapshot, time.monotonic() - start)
-    return finished(snapshot, solution, reporter.job, send)
+    return finished(snapshot, solution, reporter)
 
 
-def judge(
-    log: ScanLog, snapshot: Snapshot, config: SlamConfig, reporter: Reporter, send: Send, cancelled: Cancelling
-) -> None:
+def judge(log: ScanLog, snapshot: Snapshot, config: SlamConfig, reporter: Reporter, cancelled: Cancelling) -> None:
     """Residuals, covariances as soon as they are known, then the slower tests of consistency."""
     reporter.stage("Measuring residuals")
-    send(QualityFound(reporter.job, quality_of(log, snapshot, config)))
+    reporter.send(QualityFound(reporter.job, quality_of(log, snapshot, config)))
     reporter.stage("Computing covariances")
     found = covariances(snapshot, config.back_end, cancelled)
-    send(CovariancesFound(reporter.job, found.splines, sigmas_along(snapshot.map, found.splines)))
+    reporter.send(CovariancesFound(reporter.job, found.splines, sigmas_along(snapshot.map, found.splines)))
     tests = scan_consistency(
         snapshot, config, found.poses, log.truth,
         lambda share: reporter.progress("Testing consistency", share), cancelled,
     )  # fmt: skip
-    send(ConsistencyFound(reporter.job, tests))
+    reporter.send(ConsistencyFound(reporter.job, tests))
 
 
 def covariances(snapshot: Snapshot, back_end: str, cancelled: Cancelling) -> Marginals:

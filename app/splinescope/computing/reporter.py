@@ -46,11 +46,11 @@ def failures_told(job: int, send: Callable[[Message], None], who: str) -> Iterat
 
 
 class Reporter:
-    """Sends the messages of job number `job`; gathers and thins them by the clock."""
+    """Sends the messages of job number `job`, those that come in numbers gathered and thinned by the clock."""
 
     def __init__(self, job: int, send: Callable[[Message], None], clock: Callable[[], float] = time.monotonic) -> None:
         self.job = job
-        self._send = send
+        self.send = send
         self._clock = clock
         self._stage = ""
         self._stage_start = self._last_progress = self._last_record = self._last_steps = clock()
@@ -60,7 +60,7 @@ class Reporter:
     def stage(self, name: str) -> None:
         """A stage begins that cannot say how far it is."""
         self._stage, self._stage_start = name, self._clock()
-        self._send(Progress(self.job, name))
+        self.send(Progress(self.job, name))
 
     def progress(self, stage: str, fraction: float, record: IterationRecord | None = None) -> None:
         """A stage is at `fraction`; `record` is the solver's iteration if it made one."""
@@ -69,11 +69,11 @@ class Reporter:
             self._stage, self._stage_start, self._last_progress = stage, now, -float("inf")
         if record is not None and (record.index == 0 or now - self._last_record >= RECORD_INTERVAL):
             self._last_record = now
-            self._send(Iterated(self.job, record))
+            self.send(Iterated(self.job, record))
         if now - self._last_progress >= PROGRESS_INTERVAL:
             self._last_progress = now
             left = seconds_left(now - self._stage_start, fraction)
-            self._send(Progress(self.job, stage, min(max(fraction, 0.0), 1.0), left))
+            self.send(Progress(self.job, stage, min(max(fraction, 0.0), 1.0), left))
 
     def step(self, step: SlamStep) -> None:
         """One more scan is processed."""
@@ -84,7 +84,7 @@ class Reporter:
     def flush(self) -> None:
         """Send the steps that were held back."""
         if self._steps:
-            self._send(StepsDone(self.job, tuple(self._steps)))
+            self.send(StepsDone(self.job, tuple(self._steps)))
         self._steps, self._last_steps = [], self._clock()
 
     def map(self, make: Callable[[], tuple[Snapshot, int]]) -> None:
@@ -95,7 +95,7 @@ class Reporter:
             return
         self.flush()
         snapshot, adjusted = make()
-        self._send(MapChanged(self.job, for_looking_at(snapshot), adjusted))
+        self.send(MapChanged(self.job, for_looking_at(snapshot), adjusted))
         end = self._clock()
         self._next_map = end + max(MAP_INTERVAL, MAP_SHARE * (end - start))
 
