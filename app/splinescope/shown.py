@@ -43,7 +43,8 @@ class Shown:
 
     `findings` is what is known of the open log and `estimation` the work on it (None: no log is open). `revision` grows
     with every change; `notices`, `fit_wanted` and `look_wanted`, what a page is led to, are for the viewer to take; a
-    fit goes to `place`, where the log was looked at before, and opens `tab`.
+    fit goes to `place`, where the log was looked at before, and opens `tab`. `piece` counts the pieces of a selected
+    segment, and `choice` the targets near what is selected.
     """
 
     def __init__(self, preferences: Preferences, editing: Editing) -> None:
@@ -61,6 +62,7 @@ class Shown:
         self.playback = Playback(speed=preferences.speed)
         self.following = True
         self.selection: Selection | None = None
+        self.piece = self.choice = 0
         self.place: Place | None = None
         self.tab = ""
         self.ruler: Ruler | None = None
@@ -128,13 +130,13 @@ class Shown:
     @property
     def subject(self) -> Subject:
         """What is selected, as the subject of an edit."""
-        return self._subject(self.selection, self.scan_view, self.map_view, self.editing.piece)
+        return self._subject(self.selection, self.scan_view, self.map_view, self.piece)
 
     @property
     def target(self) -> int | None:
         """The spline that what is selected would be given to or merged with."""
         targets = self.subject.targets
-        return targets[self.editing.target % len(targets)] if targets else None
+        return targets[self.choice % len(targets)] if targets else None
 
     def edits(self, kind: EditKind, point: Float[np.ndarray, "2"] | None = None) -> tuple[Edit, ...] | str:
         """The edits of a kind on what is selected, or why there are none; `point` is a place that was clicked."""

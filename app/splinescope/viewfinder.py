@@ -83,7 +83,7 @@ class Viewfinder:
 
     def _select(self, selection: Selection | None) -> None:
         if selection != self._shown.selection:
-            self._shown.editing.target = self._shown.editing.piece = 0
+            self._shown.piece = self._shown.choice = 0
         self._shown.selection = selection
 
     def _show_closure(self, number: int) -> None:

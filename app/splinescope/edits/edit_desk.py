@@ -21,8 +21,8 @@ from splinescope.view import MapView, Piece, Selection
 
 
 class EditDesk:
-    """Does commands about edits from what is `shown`; what they change of the page they ask for by commands, too,
-    which it gives to `do`."""
+    """Does commands about edits of what is `shown`; to look at other things or other moments it gives commands to
+    `do`."""
 
     def __init__(self, shown: Shown, do: Callable[[ask.Command], None]) -> None:
         self._shown, self._do, self._editing = shown, do, shown.editing
@@ -38,7 +38,7 @@ class EditDesk:
             case ask.ChooseTarget(by=by, spline=spline):
                 self._choose(by, spline)
             case ask.NextPiece(by=by):
-                editing.piece, editing.target = editing.piece + by, 0
+                self._shown.piece, self._shown.choice = self._shown.piece + by, 0
             case ask.SelectPieces(pieces=pieces):
                 self._select_pieces(pieces)
             case ask.TogglePiece(piece=piece):
@@ -103,16 +103,16 @@ class EditDesk:
         """Select a segment, and look at one of its pieces."""
         self._do(ask.Select(Selection("segment", piece[0])))
         names = list(map(name_of_piece, self._shown.subject.pieces))
-        self._editing.piece = names.index(piece) if piece in names else 0
+        self._shown.piece = names.index(piece) if piece in names else 0
 
     def _choose(self, by: int, spline: int | None) -> None:
         """Another target; what was proposed for the old one is proposed for the new one."""
-        editing, subject = self._editing, self._shown.subject
+        shown, subject = self._shown, self._shown.subject
         if spline is not None and spline not in subject.targets:
             self._tell("Nothing was chosen", f"Spline {spline} is too far from what is selected.")
             return
-        editing.target = subject.targets.index(spline) if spline is not None else editing.target + by
-        if editing.proposal is not None or spline is not None:
+        shown.choice = subject.targets.index(spline) if spline is not None else shown.choice + by
+        if self._editing.proposal is not None or spline is not None:
             self._propose(EditKind.MERGE if subject.spline is not None else EditKind.FORCE)
 
     # -- clicks --------------------------------------------------------------------------------------------------

@@ -63,8 +63,6 @@ class Editing:
         self.picking: Picking | None = None
         self.doubts = Doubts()
         self._doubts_without: tuple[Doubt, ...] = ()
-        self.target = 0
-        self.piece = 0
 
     # -- which run -----------------------------------------------------------------------------------------------
     def attend(self, log: ScanLog | None, shown: Result | None) -> None:
