@@ -48,7 +48,7 @@ class Worker:
         self._context = multiprocessing.get_context("spawn")
         self._cancelled = self._context.Value("q", 0, lock=False)
         self._job = 0
-        self._sent, self._amended = b"", b""
+        self._sent: PackedResult | None = None
         self._process: BaseProcess | None = None
         self._requests: Any = None
 
@@ -57,7 +57,7 @@ class Worker:
         if self._process is not None and self._process.is_alive():
             return
         inbox, outbox = self._context.Pipe(duplex=False)
-        self._requests, self._sent, self._amended = self._context.Queue(), b"", b""
+        self._requests, self._sent = self._context.Queue(), None
         process = self._process = self._context.Process(
             target=serve,
             args=(self._requests, outbox, self._cancelled, self._jobs, self._niceness),
@@ -75,7 +75,7 @@ class Worker:
 
     def process(self, log: LogFile, config: SlamConfig) -> int:
         """Ask for the whole pipeline over a log; returns the job's number. The process forgets what it got before."""
-        self._sent = self._amended = b""
+        self._sent = None
         return self._ask(ProcessLog(self._job + 1, log, config))
 
     def solve(self, log: LogFile, result: PackedResult) -> int:
@@ -111,9 +111,11 @@ class Worker:
 
     def _shortened(self, result: PackedResult) -> PackedResult:
         """A snapshot is large: one that the process got with the request before is not sent again."""
-        again, self._sent = result.kept is self._sent, result.kept
-        known, self._amended = result.amended is self._amended, result.amended or b""
-        return replace(result, kept=SENT_BEFORE if again else result.kept, amended=None if known else result.amended)
+        before, self._sent = self._sent, result
+        if before is None:
+            return result
+        kept = SENT_BEFORE if result.kept is before.kept else result.kept
+        return replace(result, kept=kept, amended=None if result.amended is before.amended else result.amended)
 
     def _listen(self, inbox: Connection, process: BaseProcess) -> None:
         try:
