@@ -10,8 +10,8 @@ import pytest
 
 from app import views
 from bspline_slam.edits.edit import CloseLoop, PinPose, PinSpline
-from splinescope.ghost_view import ghost_view
 from splinescope.edits.proposal import Proposal
+from splinescope.ghost_view import ghost_view
 
 NOW: Any = SimpleNamespace(key_scans=np.array([0, 4]), poses=np.arange(15.0).reshape(5, 3))
 CLOSED = CloseLoop(0, 4, (1.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), 1.0, 1.0)
