@@ -11,8 +11,8 @@ from jaxtyping import Float, Int
 from bspline_slam import se2
 from bspline_slam.adjustment.adjust import adjust_splines
 from bspline_slam.backends.protocol import Cancelling, IterationRecord, never
-from bspline_slam.front_end.tracking import carried_along
-from bspline_slam.slam import SlamConfig, Snapshot, model_of
+from bspline_slam.slam_config import SlamConfig, model_of
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 STALE = 0.1
@@ -53,7 +53,7 @@ class Adjusted:
         since = se2.compose(adjusted, se2.inverse(self.poses))
         return replace(
             snapshot,
-            poses=carried_along(snapshot.poses, scans, before, after),
+            poses=snapshot.poses_with(after),
             steps=tuple(replace(step, pose=pose) for step, pose in zip(snapshot.steps, after, strict=True)),
             map=SplineMap(tuple(self._adjusted(spline, motions, since) for spline in snapshot.map)),
         )

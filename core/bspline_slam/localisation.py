@@ -12,8 +12,9 @@ from jaxtyping import Float, Int
 
 from bspline_slam import se2
 from bspline_slam.backends.protocol import Cancelling, never
+from bspline_slam.bent_path import bent_through
 from bspline_slam.calibration.odometry import scan_records
-from bspline_slam.calibration.odometry_filter import filled, filtered_odometry
+from bspline_slam.calibration.odometry_filter import filtered_odometry
 from bspline_slam.errors import Cancelled
 from bspline_slam.front_end.scan_matching import MatchingConfig, Target, surface_arguments, target
 from bspline_slam.kernels import placing as kernels
@@ -134,7 +135,7 @@ def surprising(
     if odometry is None:
         return {}
     places = scan_records(records, len(poses))
-    told = filled(odometry, np.arange(len(odometry), dtype=float), places[key_scans], poses[key_scans])[places]
+    told = bent_through(odometry, places[key_scans], poses[key_scans])[places]
     off = np.abs(se2.between(told, poses))
     others = np.setdiff1d(np.arange(len(poses)), key_scans)
     usual = 1.4826 * np.median(off[others], axis=0) if len(others) else np.zeros(3)

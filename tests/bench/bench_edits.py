@@ -41,7 +41,9 @@ from bspline_slam.edits.quick import answer
 from bspline_slam.edits.states import States
 from bspline_slam.errors import EditError
 from bspline_slam.logs import open_log
-from bspline_slam.slam import SlamConfig, Snapshot, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import MapSpline, SplineMap
 from splinescope.computing.edit_jobs import warm
 

@@ -19,9 +19,11 @@ import numpy as np
 from bench.processes import run_module
 from bench.street import INTEL_BLOCKS
 from bspline_slam import se2
+from bspline_slam.estimates import marginals
 from bspline_slam.lab.evaluation import alignment
 from bspline_slam.logs import open_log
-from bspline_slam.slam import Slam, SlamConfig, marginals
+from bspline_slam.slam import Slam
+from bspline_slam.slam_config import SlamConfig
 from splinescope.command_line.report import peak_memory_mb
 
 COLUMNS = (

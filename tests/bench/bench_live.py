@@ -18,7 +18,8 @@ import numpy as np
 from bench.recordings import largest_recording
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Slam, SlamConfig
+from bspline_slam.slam import Slam
+from bspline_slam.slam_config import SlamConfig
 from splinescope.computing.live_map import LiveMap
 from splinescope.computing.messages import Message
 from splinescope.computing.reporter import Reporter

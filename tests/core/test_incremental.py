@@ -15,7 +15,9 @@ from bspline_slam.errors import Cancelled
 from bspline_slam.incremental import Adjusted, adjust_so_far, same_stretch
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Slam, SlamConfig, Snapshot
+from bspline_slam.slam import Slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 
 OFFICE = Path(__file__).parents[2] / "sample_logs" / "office.log.gz"
 CONFIG = SlamConfig()

@@ -12,7 +12,8 @@ from bspline_slam.lab.twin import simulate_twin
 from bspline_slam.localisation import LocalisationConfig, place_on_curves, surprising
 from bspline_slam.scan import Records, ScanLog
 from bspline_slam.segmentation import SegmentationConfig
-from bspline_slam.slam import Snapshot, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.snapshot import Snapshot
 from core.rooms import twin_room
 
 

@@ -12,12 +12,15 @@ from bspline_slam import se2
 from bspline_slam.association import Verdict
 from bspline_slam.backends import BACK_ENDS
 from bspline_slam.errors import Cancelled, ConfigError, SolverError
+from bspline_slam.estimates import adjust, marginals
 from bspline_slam.fitting import FittingConfig
 from bspline_slam.logs import open_log
 from bspline_slam.models import ChordLengthConfig
 from bspline_slam.relation import Relation
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Slam, SlamConfig, SlamResult, SlamStep, Snapshot, adjust, marginals, run_slam
+from bspline_slam.slam import Slam, SlamResult, run_slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import SlamStep, Snapshot
 
 SAMPLES = Path(__file__).parents[2] / "sample_logs"
 

@@ -13,12 +13,13 @@ from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.backends.threads import in_one_thread
 from bspline_slam.config import config_from_dict, read_config_file
 from bspline_slam.errors import Cancelled
+from bspline_slam.estimates import marginals
 from bspline_slam.export.map_json import Covariances, map_to_json
 from bspline_slam.export.map_svg import map_to_svg
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names, marginals, run_slam
+from bspline_slam.slam import SlamConfig, SlamResult, StageProgress, check_names, run_slam
 from splinescope.activity import STAGES
 from splinescope.calibration_text import open_in_words, unfit_in_words
 from splinescope.command_line.preparing import prepare

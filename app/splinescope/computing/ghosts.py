@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.edits.decisions import Decisions
-from bspline_slam.front_end.tracking import carried_along
 from bspline_slam.slam import Snapshot
 from bspline_slam.spline_map import SplineMap
 from splinescope.computing.edit_messages import Ghost
@@ -41,5 +40,4 @@ def ghost_of(before: Snapshot, decisions: Decisions) -> Ghost:
 
 def poses_at(snapshot: Snapshot, decisions: Decisions) -> Float[np.ndarray, "scans 3"]:
     """The poses of all scans when the key poses of a snapshot go to those of decisions."""
-    before = np.array([step.pose for step in snapshot.steps])
-    return carried_along(snapshot.poses, snapshot.key_scans, before, decisions.poses)
+    return snapshot.poses_with(decisions.poses)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 
-from bspline_slam import slam
+from bspline_slam import estimates, slam
 from bspline_slam.backends.protocol import Marginals
 from bspline_slam.backends.sparse_cholesky import Factor
 from bspline_slam.edits.amend import amended, solved_again
@@ -194,7 +194,7 @@ def optimise(
     if edited:
         snapshot = solved_again(before, config.back_end, reporter.progress, cancelled)
     else:
-        snapshot = slam.adjust(log, before, config, config.back_end, reporter.progress, cancelled)
+        snapshot = estimates.adjust(log, before, config, config.back_end, reporter.progress, cancelled)
     solution = solution_of(log, config.back_end, before, snapshot, time.monotonic() - start)
     return finished(snapshot, solution, reporter)
 
@@ -218,4 +218,4 @@ def covariances(snapshot: Snapshot, back_end: str, cancelled: Cancelling) -> Mar
     if snapshot.estimate is None:
         return Marginals({}, {})
     poses, splines = tuple(range(len(snapshot.key_scans))), tuple(map(int, snapshot.estimate.graph.spline_ids))
-    return slam.marginals(snapshot, back_end, poses, splines, cancelled)
+    return estimates.marginals(snapshot, back_end, poses, splines, cancelled)

@@ -35,28 +35,6 @@ def filtered_odometry(
     return _chained(odometry[0], np.column_stack([_moves(raw, turns, places, made), turns]))
 
 
-def filled(
-    odometry: Float[np.ndarray, "n 3"],
-    way: Float[np.ndarray, "n"],
-    places: Int[np.ndarray, "k"],
-    poses: Float[np.ndarray, "k 3"],
-) -> Float[np.ndarray, "n 3"]:
-    """A pose for every record, given those at `places`: odometry onwards from the earlier one and back from the
-    later one, blended by the share of the way (a measure that grows with the records) gone."""
-    if len(places) == 0:
-        return odometry
-    after = np.searchsorted(places, np.arange(len(odometry)), side="left")
-    before = np.searchsorted(places, np.arange(len(odometry)), side="right") - 1
-    only_after, only_before = before < 0, after >= len(places)
-    before, after = np.maximum(before, 0), np.minimum(after, len(places) - 1)
-    onwards = se2.compose(poses[before], se2.between(odometry[places[before]], odometry))
-    back = se2.compose(poses[after], se2.between(odometry[places[after]], odometry))
-    length = way[places[after]] - way[places[before]]
-    share = np.where(length > 0, (way - way[places[before]]) / np.where(length > 0, length, 1.0), 0.0)
-    share = np.where(only_after, 1.0, np.where(only_before, 0.0, share))
-    return se2.interpolate(onwards, back, share)
-
-
 def _turns(
     raw: Float[np.ndarray, "n 3"], places: Int[np.ndarray, "k"], made: Float[np.ndarray, "k1 3"]
 ) -> Float[np.ndarray, "n"]:

@@ -6,8 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
+from bspline_slam.bent_path import bent_through
 from bspline_slam.calibration.odometry import scan_records
-from bspline_slam.calibration.odometry_filter import filled, filtered_odometry
+from bspline_slam.calibration.odometry_filter import filtered_odometry
 from bspline_slam.scan import Records
 
 BURST = 10
@@ -24,7 +25,7 @@ def velocities(records: Records, scan_poses: Float[np.ndarray, "scans 3"]) -> Fl
         return np.zeros((len(scan_poses), 3))
     if odometry is None:
         return _central(scan_poses, _periods(records.times[places]))
-    path = filled(odometry, np.arange(len(odometry), dtype=float), places, scan_poses)
+    path = bent_through(odometry, places, scan_poses)
     return _central(path, _periods(records.times))[places]
 
 

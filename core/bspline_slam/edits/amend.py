@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bspline_slam.adjustment.adjust import usual_records, with_estimate
 from bspline_slam.backends import back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, IterationRecord, never
@@ -26,7 +24,6 @@ from bspline_slam.edits.settling import settled
 from bspline_slam.edits.states import Amended, States
 from bspline_slam.edits.ties import Tie
 from bspline_slam.errors import SolverError
-from bspline_slam.front_end.tracking import carried_along
 from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, quiet
 from bspline_slam.spline_map import SplineMap
 
@@ -130,7 +127,6 @@ def solved_again(
 
 def _snapshot(base: Snapshot, decisions: Decisions, estimate: Estimate) -> Snapshot:
     """The result as a whole; scans between key scans go along with these."""
-    before = np.array([step.pose for step in base.steps])
     steps = tuple(
         replace(step, pose=pose, associations=key.associations)
         for step, pose, key in zip(base.steps, decisions.poses, decisions.keys, strict=True)
@@ -141,7 +137,7 @@ def _snapshot(base: Snapshot, decisions: Decisions, estimate: Estimate) -> Snaps
     )
     return replace(
         base,
-        poses=carried_along(base.poses, base.key_scans, before, decisions.poses),
+        poses=base.poses_with(decisions.poses),
         steps=steps,
         map=SplineMap(splines),
         loop_closures=decisions.closures,

@@ -11,8 +11,8 @@ from bspline_slam import se2
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.front_end.growth import left_normals
 from bspline_slam.front_end.loop_closure import judge
+from bspline_slam.front_end.match_information import matched_information
 from bspline_slam.front_end.scan_matching import PointSet, find_with_icp
-from bspline_slam.front_end.tracking import matched_information
 from bspline_slam.graph import square_root
 from bspline_slam.sights import KeyObservations
 from bspline_slam.slam import SlamConfig

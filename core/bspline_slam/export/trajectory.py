@@ -9,8 +9,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.bent_path import bent_through
 from bspline_slam.calibration.odometry import scan_records
-from bspline_slam.calibration.odometry_filter import filled, filtered_odometry
+from bspline_slam.calibration.odometry_filter import filtered_odometry
 from bspline_slam.errors import LogError
 from bspline_slam.scan import Records, increasing_times
 
@@ -42,8 +43,8 @@ class Trajectory:
         count = len(records.stamps)
         odometry = filtered_odometry(records, scan_poses)
         if odometry is None:
-            return cls(records.stamps, filled(np.zeros((count, 3)), records.times, places, poses))
-        return cls(records.stamps, filled(odometry, np.arange(count, dtype=float), places, poses))
+            return cls(records.stamps, bent_through(np.zeros((count, 3)), places, poses, records.times))
+        return cls(records.stamps, bent_through(odometry, places, poses))
 
     @classmethod
     def from_tum(cls, path: Path) -> Trajectory:

@@ -11,9 +11,11 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.front_end.loop_closure import LoopCloser, LoopConfig, Proposal, window
+from bspline_slam.front_end.key_chain import KeyScan
+from bspline_slam.front_end.loop_closer import LoopCloser, window
+from bspline_slam.front_end.loop_closure import LoopConfig, Proposal
 from bspline_slam.front_end.scan_matching import MatchingConfig
-from bspline_slam.front_end.tracking import KeyScan, TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.front_end.whole_map import PlaceConfig, WholeMap, Window, agree, last_points, proposal_at
 from bspline_slam.graph import PoseFactor
 

@@ -38,14 +38,14 @@ def _agreement(
     signs: tuple[float, float, float],
 ) -> float:
     """Mean score of the scans that were matched; 0 where odometry is found not to fit."""
-    tracker.assume(signs)
+    tracker.wheels.assume(signs)
     scores: list[float] = []
     for scan in islice(log, MOST_SCANS):
         tracked = tracker.track(scan, odometry[scan.index])
-        if not tracker.unexplained.fits:
+        if not tracker.wheels.fit:
             return 0.0
         if tracked.key or tracked.score < 1.0:
             scores.append(0.0 if tracked.lost else tracked.score)
-        if max(len(tracker.keys), scores.count(0.0)) == KEY_SCANS:
+        if max(len(tracker.chain.keys), scores.count(0.0)) == KEY_SCANS:
             break
     return float(np.mean(scores)) if scores else 0.0

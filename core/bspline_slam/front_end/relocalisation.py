@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from bspline_slam.front_end.key_chain import KeyScan
 from bspline_slam.front_end.loop_closure import LoopConfig, Proposal
 from bspline_slam.front_end.scan_matching import MatchingConfig
-from bspline_slam.front_end.tracking import KeyScan, TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.front_end.whole_map import PlaceConfig, WholeMap, agree, last_points, proposal_at
 
 

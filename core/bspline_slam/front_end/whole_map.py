@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
+from bspline_slam.front_end.key_chain import KeyScan
 from bspline_slam.front_end.loop_closure import LoopConfig, Proposal, proposal_of
 from bspline_slam.front_end.scan_matching import MatchingConfig, find_with_icp, gather, likelihood_field
-from bspline_slam.front_end.tracking import KeyScan, TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.kernels import anywhere
 
 

@@ -20,7 +20,7 @@ from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, neve
 from bspline_slam.backends.statistics import information_of
 from bspline_slam.errors import SolverError
 from bspline_slam.fitting import FittingConfig
-from bspline_slam.front_end.tracking import TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.graph import PoseFactor
 from bspline_slam.lab.simulation import QUANTUM, OdometryModel, SimulatedLog, simulate
 from bspline_slam.lab.statistics import nees
@@ -29,7 +29,8 @@ from bspline_slam.lab.world import World
 from bspline_slam.lab.world_file import open_world
 from bspline_slam.observation import MODELS
 from bspline_slam.sights import KeyObservations, collect_sights, find_feet
-from bspline_slam.slam import SlamConfig, model_of, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.slam_config import SlamConfig, model_of
 from bspline_slam.spline_map import MapSpline, SplineMap
 
 ASSOCIATIONS = ("truth", "automatic")

@@ -18,7 +18,7 @@ from bspline_slam.export.map_json import map_from_json
 from bspline_slam.export.trajectory import Trajectory
 from bspline_slam.logs import open_log
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import SlamConfig
+from bspline_slam.slam_config import SlamConfig
 from bspline_slam.spline_map import SplineMap
 
 TRAJECTORY, MAP, REPORT = "trajectory.tum", "map.json", "report.json"

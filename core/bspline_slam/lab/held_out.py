@@ -12,7 +12,7 @@ from bspline_slam.backends import solve_control_points
 from bspline_slam.lab.crispness import Crispness, crispness, nearest_curves
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.sights import KeyObservations, Sights
-from bspline_slam.slam import SlamConfig, model_of
+from bspline_slam.slam_config import SlamConfig, model_of
 from bspline_slam.spline_map import SplineMap
 
 

@@ -27,7 +27,8 @@ from bspline_slam.errors import Cancelled
 from bspline_slam.graph import SplineFactor
 from bspline_slam.lab.scan_test import ScanTest
 from bspline_slam.sights import collect_sights, find_feet
-from bspline_slam.slam import SlamConfig, Snapshot, model_of
+from bspline_slam.slam_config import SlamConfig, model_of
+from bspline_slam.snapshot import Snapshot
 
 LEAST_SHARE = 0.01
 """Directions of an innovation in which noise makes less than this share of the variance are left out: there the rest

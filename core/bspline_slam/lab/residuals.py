@@ -13,7 +13,7 @@ from bspline_slam.lab.crispness import CRISP, Crispness, nearest_curves
 from bspline_slam.lab.wall_beams import WallBeams
 from bspline_slam.observation import across_sigma
 from bspline_slam.sights import Sights, find_feet
-from bspline_slam.slam import Snapshot
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import SplineMap
 
 STEEP = 0.95

@@ -13,7 +13,8 @@ from bspline_slam.backends.protocol import Cancelling, Estimate, never
 from bspline_slam.lab.innovations import Progress, innovations, plain_estimate
 from bspline_slam.lab.scan_test import ScanTest
 from bspline_slam.lab.statistics import nees
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 
 Poses = Float[np.ndarray, "scans 3"]
 

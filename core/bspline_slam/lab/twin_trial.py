@@ -17,6 +17,7 @@ from scipy.spatial import KDTree
 from bspline_slam import se2
 from bspline_slam.backends import back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, never
+from bspline_slam.estimates import marginals
 from bspline_slam.graph import Graph, PosePrior
 from bspline_slam.lab.best_frame import BestFrame
 from bspline_slam.lab.consistency_table import POSE_DOF, Figure
@@ -25,7 +26,10 @@ from bspline_slam.lab.simulation import SimulatedLog
 from bspline_slam.lab.statistics import chi_square_band, nees
 from bspline_slam.lab.truth import SPACING, TrueCurves
 from bspline_slam.lab.twin import Twin, simulate_twin
-from bspline_slam.slam import SlamConfig, Snapshot, StageProgress, marginals, quiet, run_slam
+from bspline_slam.progress import StageProgress, quiet
+from bspline_slam.slam import run_slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import SplineMap
 
 PLACES = 0.5

@@ -12,7 +12,7 @@ from bspline_slam import se2
 from bspline_slam.calibration.laser import LaserCalibration
 from bspline_slam.calibration.laser_correction import LaserCorrection
 from bspline_slam.calibration.velocities import velocities
-from bspline_slam.front_end.tracking import TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.scan import ScanLog
 from bspline_slam.segmentation import SegmentationConfig, segment_scan
 from bspline_slam.sights import KeyObservations

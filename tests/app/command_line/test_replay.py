@@ -11,9 +11,10 @@ from bspline_slam.edits.amend import amended
 from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, Forbid, Ignore, MakeNew
 from bspline_slam.edits.history import Accept, GoTo, Switch
 from bspline_slam.edits.journal import Journal, Origin
+from bspline_slam.estimates import marginals
 from bspline_slam.export.map_json import map_to_json
 from bspline_slam.logs import open_log
-from bspline_slam.slam import SlamConfig, Snapshot, marginals, run_slam
+from bspline_slam.slam import SlamConfig, Snapshot, run_slam
 from splinescope.__main__ import main
 
 LOG = Path(__file__).parents[3] / "sample_logs" / "three_splines.log.gz"

@@ -18,7 +18,8 @@ from bspline_slam.bspline import BSpline
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.graph import Graph
 from bspline_slam.logs import open_log
-from bspline_slam.slam import SlamConfig, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.slam_config import SlamConfig
 
 STATED = tuple(name for name in ONE_PASS if name != "bs_slam")
 """Those that make do with factors; the other one needs beams."""

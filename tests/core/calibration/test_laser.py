@@ -13,7 +13,8 @@ from bspline_slam import se2
 from bspline_slam.calibration.laser import LaserCalibration, oddness, sweep_share
 from bspline_slam.logs.indexed_log import IndexedLog
 from bspline_slam.scan import Records
-from bspline_slam.slam import Snapshot, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.snapshot import Snapshot
 from core.rooms import loop_path, room_scan
 
 BEAMS, PERIOD, SCANS = 271, 0.1, 160

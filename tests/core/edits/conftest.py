@@ -9,7 +9,9 @@ import pytest
 from bspline_slam.association import Association
 from bspline_slam.edits.ground import Ground
 from bspline_slam.logs import open_log
-from bspline_slam.slam import SlamConfig, Snapshot, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 
 SAMPLE = Path(__file__).parents[3] / "sample_logs" / "three_splines.log.gz"
 

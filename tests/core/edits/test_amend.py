@@ -35,7 +35,9 @@ from bspline_slam.edits.settling import AT_REST, goes_on
 from bspline_slam.edits.states import Amended
 from bspline_slam.errors import Cancelled, SolverError
 from bspline_slam.logs import open_log
-from bspline_slam.slam import Slam, SlamConfig, Snapshot, run_slam
+from bspline_slam.slam import Slam, run_slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 
 SAMPLES = Path(__file__).parents[3] / "sample_logs"
 MADE = FIRST_MADE_BY_HAND

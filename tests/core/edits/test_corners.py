@@ -13,7 +13,7 @@ from bspline_slam.edits.ground import Ground, middles
 from bspline_slam.edits.making import decided
 from bspline_slam.edits.settling import settled
 from bspline_slam.flat_factors import FlatFactors
-from bspline_slam.slam import SlamConfig
+from bspline_slam.slam_config import SlamConfig
 from core.mapped_room import MODEL, disturbed, seen_from
 
 

@@ -8,7 +8,8 @@ from bspline_slam.association import Association, Candidate
 from bspline_slam.edits.amend import amended
 from bspline_slam.edits.doubts import doubts
 from bspline_slam.edits.edit import Force, OnPiece
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 
 
 def with_piece(base: Snapshot, piece: Association, changed: Association) -> Snapshot:

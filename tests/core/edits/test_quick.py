@@ -28,7 +28,8 @@ from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.making import decided
 from bspline_slam.edits.problem import Changes, Problem, linearised
 from bspline_slam.edits.quick import Answer, Footing, answer
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 
 MADE = FIRST_MADE_BY_HAND
 

@@ -23,7 +23,8 @@ from bspline_slam.edits.edit import (
 )
 from bspline_slam.edits.loop_edits import close_loop, moved_poses
 from bspline_slam.edits.states import APART, LATEST, MILESTONES, States
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 from core.edits.test_ties import wrong_loop
 
 MADE = FIRST_MADE_BY_HAND

@@ -9,7 +9,7 @@ from bspline_slam.association import Association
 from bspline_slam.edits.edit import CloseLoop, DropLoop, Ignore
 from bspline_slam.edits.ground import Ground
 from bspline_slam.edits.ties import Ties
-from bspline_slam.slam import Snapshot
+from bspline_slam.snapshot import Snapshot
 
 ROOT = ((50.0, 0.0, 0.0), (0.0, 50.0, 0.0), (0.0, 0.0, 200.0))
 

@@ -10,9 +10,11 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.front_end.far_loops import FarCloser, FarLoopConfig, chain_covariance
-from bspline_slam.front_end.loop_closure import LoopCloser, LoopClosure, LoopConfig, Proposal
+from bspline_slam.front_end.key_chain import KeyScan
+from bspline_slam.front_end.loop_closer import LoopCloser
+from bspline_slam.front_end.loop_closure import LoopClosure, LoopConfig, Proposal
 from bspline_slam.front_end.scan_matching import MatchingConfig, point_set
-from bspline_slam.front_end.tracking import KeyScan, TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.graph import PoseFactor
 from bspline_slam.segmentation import SegmentationConfig
 from core.rooms import ROOM, loop_path, room_scan

@@ -13,22 +13,16 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.front_end import loop_closure
-from bspline_slam.front_end.loop_closure import (
-    LoopCloser,
-    LoopClosure,
-    LoopConfig,
-    Proposal,
-    candidates,
-    judge,
-    propose,
-    window,
-)
+from bspline_slam.front_end.key_chain import KeyScan
+from bspline_slam.front_end.loop_closer import LoopCloser, candidates, propose, window
+from bspline_slam.front_end.loop_closure import LoopClosure, LoopConfig, Proposal, judge
 from bspline_slam.front_end.scan_matching import Match, MatchingConfig, point_set
-from bspline_slam.front_end.tracking import KeyScan, TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.graph import PoseFactor
 from bspline_slam.logs import open_log
 from bspline_slam.segmentation import SegmentationConfig
-from bspline_slam.slam import Slam, Snapshot
+from bspline_slam.slam import Slam
+from bspline_slam.snapshot import Snapshot
 from core.rooms import ROOM, room_scan
 
 CONFIG = LoopConfig(half_width=2, least_travel=4.0)

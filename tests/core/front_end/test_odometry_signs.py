@@ -6,7 +6,7 @@ from bspline_slam.front_end.odometry_signs import SIGNS, odometry_signs
 from bspline_slam.front_end.tracking import Tracker
 from bspline_slam.lab.simulation import simulate
 from bspline_slam.lab.world_file import open_world
-from bspline_slam.slam import SlamConfig
+from bspline_slam.slam_config import SlamConfig
 
 C = SlamConfig()
 LOG = simulate(open_world("corridor"), rng=np.random.default_rng(3))

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
+from bspline_slam.front_end.key_chain import KeyScan
 from bspline_slam.front_end.loop_closure import LoopConfig, Proposal
 from bspline_slam.front_end.motion import MotionConfig
 from bspline_slam.front_end.relocalisation import RelocalisationConfig, Relocaliser
 from bspline_slam.front_end.scan_matching import MatchingConfig, point_set
-from bspline_slam.front_end.tracking import KeyScan, Tracker, TrackingConfig
+from bspline_slam.front_end.tracking import Tracker
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.kernels.anywhere import pyramid, search_anywhere
 from bspline_slam.segmentation import SegmentationConfig
 from core.rooms import ROOM, loop_path, room_scan
@@ -103,16 +105,16 @@ def test_a_piece_goes_where_a_closure_puts_it_and_its_old_tie_is_gone() -> None:
     rng = np.random.default_rng(5)
     for k, pose in enumerate(path):
         tracker.track(room_scan(pose, rng, index=k, walls=AROUND), pose)
-    before, since = np.array(tracker.key_poses), 6
-    closure = next(factor for factor in tracker.factors if factor.i == since)
+    before, since = np.array(tracker.chain.poses), 6
+    closure = next(factor for factor in tracker.chain.factors if factor.i == since)
     moved = type(closure)(0, since + 2, np.array([1.0, 2.0, 0.5]), closure.sqrt_information, "loop")
-    tracker.untie(since, moved)
-    after = np.array(tracker.key_poses)
+    tracker.chain.untie(since, moved, TrackingConfig().untied)
+    after = np.array(tracker.chain.poses)
     np.testing.assert_array_equal(after[:since], before[:since])
     np.testing.assert_allclose(after[since + 2], se2.compose(before[0], moved.measured), atol=1e-12)
     np.testing.assert_allclose(
         se2.between(after[since:-1], after[since + 1 :]), se2.between(before[since:-1], before[since + 1 :]), atol=1e-9
     )
-    ties = [factor for factor in tracker.factors if factor.j == since]
+    ties = [factor for factor in tracker.chain.factors if factor.j == since]
     assert len(ties) == 1
     assert np.abs(ties[0].sqrt_information).max() < 0.01

@@ -11,7 +11,8 @@ import pytest
 from bspline_slam import se2
 from bspline_slam.front_end.motion import MotionConfig
 from bspline_slam.front_end.scan_matching import MatchingConfig
-from bspline_slam.front_end.tracking import Tracker, TrackingConfig, carried_along
+from bspline_slam.front_end.tracking import Tracker
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.segmentation import SegmentationConfig
 from core.rooms import ROOM, loop_path, room_scan
 
@@ -37,11 +38,11 @@ def test_the_path_is_followed(odometry: str) -> None:
     wheels = drifting(path, 0.02, 0.95) if odometry == "biased" else None
     for k, pose in enumerate(path):
         one.track(room_scan(pose, rng, index=k, walls=AROUND), None if wheels is None else wheels[k])
-    off = se2.between(se2.between(path[0], path), one.poses)
+    off = se2.between(se2.between(path[0], path), one.chain.scan_poses)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
     assert np.percentile(np.abs(off[:, 2]), 95) < 0.02
     assert abs(off[-1, 2]) < 0.01
-    kinds = {factor.kind for factor in one.factors}
+    kinds = {factor.kind for factor in one.chain.factors}
     assert kinds == ({"matching", "odometry"} if wheels is not None else {"matching"})
 
 
@@ -59,7 +60,7 @@ def test_odometry_that_does_not_fit_is_found_out_and_not_followed(factor: tuple[
     path, rng, one = loop_path(90), np.random.default_rng(8), tracker()
     wheels = wrong(path, np.array(factor, dtype=float))
     tracked = [one.track(room_scan(pose, rng, index=k, walls=AROUND), wheels[k]) for k, pose in enumerate(path)]
-    off = se2.between(se2.between(path[0], path), one.poses)[3:]
+    off = se2.between(se2.between(path[0], path), one.chain.scan_poses)[3:]
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
     assert any(found.unfit for found in tracked)
     assert not any(found.lost for found in tracked)
@@ -80,9 +81,9 @@ def test_a_robot_that_creeps_is_followed() -> None:
     wheels = wrong(slow, np.array([0.5, 0.5, 1.0]))
     for k, pose in enumerate(slow):
         one.track(room_scan(pose, rng, index=k, walls=AROUND), wheels[k])
-    off = se2.between(se2.between(slow[0], slow), one.poses)
+    off = se2.between(se2.between(slow[0], slow), one.chain.scan_poses)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
-    assert len(one.keys) > 3
+    assert len(one.chain.keys) > 3
 
 
 def test_a_lost_key_scan_is_tied_loosely_where_no_odometry_tells_of_it() -> None:
@@ -92,11 +93,11 @@ def test_a_lost_key_scan_is_tied_loosely_where_no_odometry_tells_of_it() -> None
     for k, pose in enumerate(path[:16]):
         scan = room_scan(pose, rng, index=k, walls=AROUND)
         one.track(replace(scan, ranges=np.full(361, np.inf)) if k == 10 else scan, None)
-    lost = [key.scan for key in one.keys].index(10)
-    tie = next(factor for factor in one.factors if factor.j == lost)
+    lost = [key.scan for key in one.chain.keys].index(10)
+    tie = next(factor for factor in one.chain.factors if factor.j == lost)
     assert tie.kind == "odometry"
     assert np.abs(tie.sqrt_information).max() <= 2.0
-    assert one.keys[lost].travel - one.keys[lost - 1].travel > TrackingConfig().lost_travel
+    assert one.chain.keys[lost].travel - one.chain.keys[lost - 1].travel > TrackingConfig().lost_travel
 
 
 def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
@@ -107,7 +108,7 @@ def test_a_blinded_scan_is_lost_and_odometry_carries_on() -> None:
             scan = replace(scan, ranges=np.where(np.arange(361) % 40 == 0, 0.4, np.inf))
         tracked = one.track(scan, path[k])
         assert tracked.lost == (20 <= k < 24)
-    off = se2.between(se2.between(path[0], path[39]), one.poses[-1])
+    off = se2.between(se2.between(path[0], path[39]), one.chain.scan_poses[-1])
     assert np.hypot(off[0], off[1]) < 0.05
 
 
@@ -121,7 +122,7 @@ def test_who_stands_before_the_laser_and_moves_along_is_no_wall(reach: float) ->
             scan = replace(scan, ranges=np.where(hidden, reach + rng.normal(0.0, 0.01, 361), scan.ranges))
         tracked = one.track(scan, path[k])
         assert tracked.lost == (30 <= k < 42)
-    off = se2.between(se2.between(path[0], path), one.poses)
+    off = se2.between(se2.between(path[0], path), one.chain.scan_poses)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
 
 
@@ -141,7 +142,7 @@ def test_a_blocked_scan_is_lost_where_there_is_no_odometry_either() -> None:
         if 20 <= k < 22:
             scan = replace(scan, ranges=np.full(361, 0.4) + rng.normal(0.0, 0.01, 361))
         assert one.track(scan, None).lost == (20 <= k < 22)
-    off = se2.between(se2.between(path[0], path[29]), one.poses[-1])
+    off = se2.between(se2.between(path[0], path[29]), one.chain.scan_poses[-1])
     assert np.hypot(off[0], off[1]) < 0.05
 
 
@@ -168,23 +169,14 @@ def test_a_lost_scan_strays_only_if_it_shows_another_place_than_it_should(
     pose = path[-1] if elsewhere else np.array([26.0, 1.0, 0.0])
     last = replace(room_scan(pose, rng, index=9, walls=there), range_max=8.0)
     assert one.track(last, se2.compose(pose, np.array([0.3, 0.0, 0.0]))).lost
-    assert bool(one.strays) == elsewhere
+    assert bool(one.chain.strays) == elsewhere
 
 
 def test_standing_still_makes_no_key_scans() -> None:
     rng, one, pose = np.random.default_rng(7), tracker(), np.array([2.0, 1.5, 0.0])
     keys = [one.track(room_scan(pose, rng, index=k, walls=AROUND), pose).key for k in range(10)]
     assert keys == [True] + [False] * 9
-    assert len(one.poses) == 10
-
-
-def test_scans_between_key_scans_share_the_correction_evenly() -> None:
-    before = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
-    after = np.array([[0.0, 0.0, 0.0], [4.0, 0.4, 0.0]])
-    poses = np.stack([np.arange(5.0), np.zeros(5), np.zeros(5)], -1)
-    carried = carried_along(poses, np.array([0, 4]), before, after)
-    np.testing.assert_allclose(carried[:, 1], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-12)
-    np.testing.assert_allclose(carried[:, 0], np.arange(5.0), atol=1e-12)
+    assert len(one.chain.scan_poses) == 10
 
 
 def corridor(length: float) -> np.ndarray:
@@ -203,7 +195,7 @@ def test_the_last_place_is_not_taken_again_because_it_is_known_better_than_the_n
     for k, pose in enumerate(path):
         scan = room_scan(pose, rng, index=k, walls=walls)
         one.track(replace(scan, ranges=np.where(scan.ranges < 5.0, scan.ranges, np.inf)), pose)
-    assert np.abs(one.poses[:, :2] - path[:, :2]).max() < 0.5
+    assert np.abs(one.chain.scan_poses[:, :2] - path[:, :2]).max() < 0.5
 
 
 def test_a_jump_of_odometry_does_not_teach_its_bias() -> None:
@@ -212,6 +204,6 @@ def test_a_jump_of_odometry_does_not_teach_its_bias() -> None:
     wheels[30:] = se2.compose(se2.compose(path[29], np.array([2.5, 0.4, 0.8])), se2.between(path[29], path[30:]))
     for k in range(45):
         one.track(room_scan(path[k], rng, index=k, walls=AROUND), wheels[k])
-    off = se2.between(se2.between(path[0], path[:45]), one.poses)
+    off = se2.between(se2.between(path[0], path[:45]), one.chain.scan_poses)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.06
-    assert np.abs(one.calibration.matrix(one.motion) - np.eye(3))[:, 0].max() < 0.1
+    assert np.abs(one.wheels.calibration.matrix(one.motion) - np.eye(3))[:, 0].max() < 0.1

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
+from bspline_slam.front_end.key_chain import KeyScan
 from bspline_slam.front_end.scan_matching import MatchingConfig, PointSet
-from bspline_slam.front_end.tracking import KeyScan
 from bspline_slam.front_end.whole_map import PlaceConfig, WholeMap, Window, evenly, facing, last_points
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bspline_slam.front_end.tracking import TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.lab.crispness import crispness, nearest_curves
 from bspline_slam.lab.held_out import held_out, nearest_sights, refitted
 from bspline_slam.lab.wall_beams import WallBeams, scans_apart
-from bspline_slam.slam import SlamConfig
+from bspline_slam.slam_config import SlamConfig
 from bspline_slam.spline_map import SplineMap
 from core.lab.walls import beams, room
 

@@ -28,7 +28,8 @@ from bspline_slam.lab.consistency import (
 from bspline_slam.lab.scan_consistency import pose_errors, scan_consistency
 from bspline_slam.lab.simulation import simulate
 from bspline_slam.lab.world_file import open_world
-from bspline_slam.slam import SlamConfig, Snapshot
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import SplineMap
 
 

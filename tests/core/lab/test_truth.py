@@ -9,7 +9,7 @@ import pytest
 
 from bspline_slam import se2
 from bspline_slam.fitting import FittingConfig
-from bspline_slam.front_end.tracking import TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.lab.consistency import ODOMETRY, key_scans
 from bspline_slam.lab.simulation import SimulatedLog, simulate
 from bspline_slam.lab.truth import (

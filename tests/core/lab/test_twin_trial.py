@@ -14,7 +14,9 @@ from bspline_slam.lab.evaluation import Figures
 from bspline_slam.lab.simulation import SimulatedLog
 from bspline_slam.lab.twin import Twin, simulate_twin
 from bspline_slam.lab.twin_trial import TwinErrors, aligned_errors, curve_anees, pose_anees, run_trial, twin_errors
-from bspline_slam.slam import SlamConfig, Snapshot, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.slam_config import SlamConfig
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import SplineMap
 from core.rooms import twin_room
 

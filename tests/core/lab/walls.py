@@ -6,7 +6,7 @@ import numpy as np
 
 from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.calibration.laser import LaserCalibration
-from bspline_slam.front_end.tracking import TrackingConfig
+from bspline_slam.front_end.tracking_config import TrackingConfig
 from bspline_slam.lab.disturbances import DisturbanceModel
 from bspline_slam.lab.simulation import OdometryModel, SimulatedLog
 from bspline_slam.lab.twin import Twin, simulate_twin

@@ -9,8 +9,8 @@ from bspline_slam.backends.protocol import Cancelling, never
 from bspline_slam.errors import ConfigError
 from bspline_slam.lab.reproduction import clamped_cubic, invariance, recorded, relations, three_splines, uncertainty
 from bspline_slam.lab.reproduction.reproduced import Reproduced
+from bspline_slam.progress import StageProgress, quiet
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import StageProgress, quiet
 
 EXPERIMENTS: tuple[tuple[range, Callable[[Path], Reproduced]], ...] = (
     (range(1, 2), clamped_cubic.reproduce),

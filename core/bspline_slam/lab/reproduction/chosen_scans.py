@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam.sights import KeyObservations, collect_sights, find_feet
-from bspline_slam.slam import Snapshot
+from bspline_slam.snapshot import Snapshot
 from bspline_slam.spline_map import SplineMap
 
 CELL = 0.25

@@ -27,8 +27,10 @@ from bspline_slam.lab.reproduction.full_splines import (
 from bspline_slam.lab.reproduction.reproduced import NOT_GIVEN, Reproduced, Row, write_data
 from bspline_slam.lab.reproduction.sight import CONTROL_POINTS
 from bspline_slam.lab.statistics import nees
+from bspline_slam.progress import StageProgress, quiet
 from bspline_slam.scan import ScanLog
-from bspline_slam.slam import Snapshot, StageProgress, quiet, run_slam
+from bspline_slam.slam import run_slam
+from bspline_slam.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
