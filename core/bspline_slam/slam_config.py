@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bspline_slam.adjustment.adjust import AdjustmentConfig
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.association import AssociationConfig
 from bspline_slam.backends import BACK_ENDS
 from bspline_slam.errors import ConfigError

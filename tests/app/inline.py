@@ -49,8 +49,8 @@ class InlineEstimator:
 
 def stand_in(monkeypatch, log: ScanLog) -> None:
     """Let the jobs use the stand-in estimator, and find `log` wherever they look."""
-    names = {name: getattr(estimator, name) for name in ("Slam", "adjust", "marginals")}
-    monkeypatch.setattr(jobs, "slam", SimpleNamespace(**names))
+    monkeypatch.setattr(jobs, "slam", SimpleNamespace(Slam=estimator.Slam))
+    monkeypatch.setattr(jobs, "estimates", SimpleNamespace(adjust=estimator.adjust, marginals=estimator.marginals))
     monkeypatch.setattr(jobs, "scan_consistency", estimator.scan_consistency)
     monkeypatch.setattr(jobs, "open_log", lambda path: log)
 

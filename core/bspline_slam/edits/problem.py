@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from bspline_slam.adjustment.adjust import build_graph
+from bspline_slam.adjustment.spline_graph import build_graph
 from bspline_slam.association import Association
 from bspline_slam.backends.gauss_newton import State
 from bspline_slam.backends.packing import CurveTerms

@@ -14,7 +14,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from bspline_slam import se2
-from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines, build_graph, with_estimate
+from bspline_slam.adjustment.adjust import adjust_splines, with_estimate
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
+from bspline_slam.adjustment.spline_graph import build_graph
 from bspline_slam.backends import FILTERS, Stopping, back_end
 from bspline_slam.backends.protocol import Cancelling, Estimate, Marginals, never
 from bspline_slam.backends.statistics import information_of

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bspline_slam.adjustment.adjust import build_graph
+from bspline_slam.adjustment.spline_graph import build_graph
 from bspline_slam.backends import solve_control_points
 from bspline_slam.lab.crispness import Crispness, crispness, nearest_curves
 from bspline_slam.lab.wall_beams import WallBeams

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from bspline_slam.adjustment.adjust import build_graph
+from bspline_slam.adjustment.spline_graph import build_graph
 from bspline_slam.backends import back_end
 from bspline_slam.backends.direct import FullProblem
 from bspline_slam.backends.gauss_newton import State

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from bspline_slam import se2
-from bspline_slam.adjustment.adjust import AdjustmentConfig
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.adjustment.trimming import TrimmingConfig
 from bspline_slam.models.protocol import Model
 from bspline_slam.observation import across_sigma

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines, build_graph, foreseen
+from bspline_slam.adjustment.adjust import adjust_splines, foreseen
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
+from bspline_slam.adjustment.spline_graph import build_graph
 from bspline_slam.backends.protocol import IterationRecord
 from bspline_slam.errors import Cancelled
 from bspline_slam.models import ChordLength, NormalDistance

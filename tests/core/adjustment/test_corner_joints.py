@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines
+from bspline_slam.adjustment.adjust import adjust_splines
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.adjustment.corner_joints import WallsInTurn, walls_in_turn, with_corners
 from bspline_slam.adjustment.trimming import TrimmingConfig
 from bspline_slam.corners import corners_of

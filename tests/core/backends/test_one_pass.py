@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bspline_slam import se2
-from bspline_slam.adjustment.adjust import AdjustmentConfig
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.backends import ONE_PASS, back_end, one_pass
 from bspline_slam.backends.one_pass import RECORDS, records_of
 from bspline_slam.backends.protocol import Estimate

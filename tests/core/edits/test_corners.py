@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bspline_slam.adjustment.adjust import AdjustmentConfig, adjust_splines
+from bspline_slam.adjustment.adjust import adjust_splines
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.corners import Corner, corners_of
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, Ignore, PinPose, SplitSpline

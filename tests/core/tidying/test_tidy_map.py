@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bspline_slam.adjustment.adjust import AdjustmentConfig
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.lab.double_walls import double_walls
 from bspline_slam.models import ChordLength, NormalDistance
 from bspline_slam.sights import KeyObservations

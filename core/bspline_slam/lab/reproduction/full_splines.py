@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from bspline_slam import se2
-from bspline_slam.adjustment.adjust import AdjustmentConfig
+from bspline_slam.adjustment.adjustment_config import AdjustmentConfig
 from bspline_slam.bspline import BSpline, clamped_knots
 from bspline_slam.fitting import FittingConfig, chord_length_parameters, fit_parameters
 from bspline_slam.graph import Graph, PoseFactor, PosePrior, ShapePrior, SplineFactor
