@@ -16,7 +16,7 @@ from bspline_slam.calibration.laser import LaserCalibration, laser_calibration
 from bspline_slam.calibration.laser_correction import LaserCorrection
 from bspline_slam.calibration.odometry_noise import with_learnt_noise
 from bspline_slam.calibration.velocities import velocities
-from bspline_slam.errors import Cancelled, LogError
+from bspline_slam.errors import Cancelled
 from bspline_slam.front_end.key_map import KeyMap
 from bspline_slam.front_end.odometry_signs import odometry_signs
 from bspline_slam.front_end.revisits import Revisits
@@ -29,6 +29,7 @@ from bspline_slam.segmentation import segment_scan
 from bspline_slam.sights import KeyObservations
 from bspline_slam.slam_config import SlamConfig, check_names, model_of
 from bspline_slam.snapshot import SlamStep, Snapshot
+from bspline_slam.sound_log import check_log
 from bspline_slam.spline_map import SplineMap
 from bspline_slam.tidying.tidy_map import tidied
 
@@ -89,9 +90,9 @@ class Slam:
         self._revisits = Revisits(c, self._tracker.chain, self._map)
 
     def steps(self) -> Iterator[SlamStep]:
-        """Process the log in its order, one step per scan. Raises Cancelled between scans."""
-        if len(self.log) == 0:
-            raise LogError(self.log.path, "it holds no laser scan, so there is nothing to map")
+        """Process the log in its order, one step per scan. Raises LogError for a log that cannot be
+        mapped, and Cancelled between scans."""
+        check_log(self.log)
         odometry = self.log.odometry
         if odometry is not None:
             self._tracker.wheels.assume(odometry_signs(self.log, odometry, self._new_tracker))

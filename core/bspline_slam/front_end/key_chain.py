@@ -62,6 +62,11 @@ class KeyChain:
         scans = se2.compose(np.array(chain)[anchor], np.array([relative for _, relative in self.anchors]))
         return bent_through(scans, np.array([key.scan for key in self.keys]), np.array(self.poses))
 
+    @property
+    def shows_nothing(self) -> bool:
+        """Whether none of the last key scans shows anything that a scan could be matched to."""
+        return not any(len(key.points.points) for key in self.keys[-self.local_scans :])
+
     def target(self) -> Target:
         """The last key scans as one target."""
         if self._target is None:

@@ -103,6 +103,9 @@ BUCKET = 0.15
 """Side of the buckets (m): the widest gate of tracking, which then looks no farther than the neighbouring ones."""
 MARGIN = 0.3
 """How far (m) a likelihood field reaches beyond its points."""
+FARTHEST = 120.0
+"""Beams that seem to come back from beyond this (m) tell of no wall that a scan could be matched to, and a field would
+have to be as large."""
 NO_PRIOR: Float[np.ndarray, "3 3"] = np.diag([1e-6, 1e-6, 1e-6])
 
 
@@ -119,7 +122,7 @@ def surface_arguments(
 ]:
     """What `kernels.surfaces.points_with_normals` asks for, of the beams and of what a surface is."""
     x, y, heading = scan.pose_robot_sensor.tolist()
-    beams = (scan.ranges, scan.bearings, scan.range_min, scan.range_max, x, y, heading)
+    beams = (scan.ranges, scan.bearings, scan.range_min, min(scan.range_max, FARTHEST), x, y, heading)
     surface = config.normal_reach, config.normal_flatness, config.largest_range
     return beams, (*break_limits(scan.resolution, segmentation), *surface)
 

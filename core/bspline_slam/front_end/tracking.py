@@ -41,7 +41,8 @@ class Tracked:
 @dataclass
 class Tracker:
     """State of tracking: the chain of key scans with all other scans tied to it, what wheels are worth, the late steps,
-    and the last scan that was looked at, which the next ones are seen from."""
+    how many scans in a row were lost by now, and the last scan that was looked at, which the next ones are seen from.
+    """
 
     config: TrackingConfig
     matching: MatchingConfig
@@ -51,6 +52,7 @@ class Tracker:
     wheels: Wheels = field(init=False)
     _looked_at: int = 0
     _ranges: Float[np.ndarray, "beams"] = field(default_factory=lambda: np.zeros(0))
+    _lost: int = 0
     _late: list[Float[np.ndarray, "3"]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -88,7 +90,8 @@ class Tracker:
             lost = lost or match.score < self.config.lost_score
         pose = predicted if lost else match.pose
         self._late = [*self._late, se2.between(previous, pose)][-self.motion.late_steps :]
-        key = key or self._is_key(pose)
+        self._lost = self._lost + 1 if lost else 0
+        key = key or self._is_key(pose) or (lost and self._begins_anew(scan, believed=believed))
         if key and lost and not (believed and near) and self._elsewhere(scan, predicted):
             self.chain.strays.append(len(self.chain.keys))
         if key:
@@ -136,6 +139,12 @@ class Tracker:
         """Whether hardly any beam comes back from farther than `beyond` (m)."""
         seen = np.count_nonzero((scan.ranges > max(scan.range_min, beyond)) & (scan.ranges < scan.range_max))
         return bool(seen < self.config.lost_beams * len(scan.ranges))
+
+    def _begins_anew(self, scan: LaserScan, *, believed: bool) -> bool:
+        """Whether a lost scan is to be what the next ones are matched to: where there is nothing else, or where many in
+        a row were lost and no odometry tells of a way on."""
+        waited = not believed and self._lost % self.config.patience == 0
+        return (waited or self.chain.shows_nothing) and not self._sees_less(scan, self.config.blocked_range)
 
     def _elsewhere(self, scan: LaserScan, pose: Float[np.ndarray, "3"]) -> bool:
         """Whether a scan is not what it should be at `pose`, rather than of something new."""

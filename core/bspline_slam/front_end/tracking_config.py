@@ -26,7 +26,8 @@ class TrackingConfig:
     within `lost_step` (m, m, rad; 1 σ) of it, and `lost_travel` is how far (m) each lost key scan counts as travelled;
     `untied` (m, rad; 1 σ) is between two of which neither knows of the other. A lost scan is taken to be of another
     place when walls were expected in `least_known` of the sectors in which its beams end, and it sees less than
-    `least_agreeing` of them.
+    `least_agreeing` of them. Where no odometry is to be believed, the last of `patience` scans lost in a row becomes a
+    key scan wherever it lies, or a robot that stands in a new place would stay lost.
     """
 
     distance: float = 0.5
@@ -54,3 +55,4 @@ class TrackingConfig:
     least_known: float = 0.5
     least_agreeing: float = 0.35
     untied: float = 1e3
+    patience: int = 10

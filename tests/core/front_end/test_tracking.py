@@ -179,6 +179,31 @@ def test_standing_still_makes_no_key_scans() -> None:
     assert len(one.chain.scan_poses) == 10
 
 
+@pytest.mark.parametrize("shown", [np.nan, 0.3])
+@pytest.mark.parametrize("wheeled", [True, False])
+def test_a_log_that_begins_with_blank_or_blocked_scans_is_followed_from_the_first_that_sees(
+    shown: float, wheeled: bool
+) -> None:
+    path, rng, one, blank = loop_path(60), np.random.default_rng(5), tracker(), 4
+    for k, pose in enumerate(path):
+        scan = room_scan(pose, rng, index=k, walls=AROUND)
+        scan = replace(scan, ranges=np.full_like(scan.ranges, shown)) if k < blank else scan
+        one.track(scan, pose if wheeled else None)
+    seeing = blank + (0 if np.isnan(shown) else TrackingConfig().patience)
+    off = se2.between(se2.between(path[seeing], path), se2.between(one.chain.scan_poses[seeing], one.chain.scan_poses))
+    assert np.hypot(off[seeing:, 0], off[seeing:, 1]).max() < 0.08
+
+
+def test_a_robot_without_odometry_that_stands_in_another_place_is_not_lost_for_ever() -> None:
+    rng, one, pose = np.random.default_rng(7), tracker(), np.array([2.0, 1.5, 0.0])
+    around = np.linspace(0.0, 2.0 * np.pi, 9) + 0.2
+    corners = pose[:2] + 9.0 * np.stack([np.cos(around), np.sin(around)], -1)
+    octagon = np.stack([corners[:-1], corners[1:]], 1)
+    places = [AROUND] * 6 + [octagon] * (TrackingConfig().patience + 3)
+    tracked = [one.track(room_scan(pose, rng, index=k, walls=w, beams=91), None) for k, w in enumerate(places)]
+    assert [found.lost for found in tracked[5:]] == [False] + [True] * TrackingConfig().patience + [False] * 3
+
+
 def corridor(length: float) -> np.ndarray:
     """Walls 2.4 m apart with piers at uneven distances along one side."""
     rng, walls = np.random.default_rng(4), [[[-20.0, y], [length, y]] for y in (-1.2, 1.2)]
