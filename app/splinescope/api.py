@@ -58,8 +58,8 @@ def open_workbench(
     browser: bool = True,
     session: Path | None = None,
 ) -> Workbench:
-    """Serve the page with a log, given by its path or the name of a sample, that is being processed from now on; without
-    one, with that of the session, else with a sample.
+    """Serve the page with a log, given by its path or the name of a sample, that is being processed from now on;
+    without one, with that of the session, else with a sample.
 
     Raises SplineSlamError where it cannot be read, ConfigError where the address cannot be had, where `session` is no
     session's file, and where its log is gone. `session` is the file that remembers layers and views; that its log has

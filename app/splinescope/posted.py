@@ -37,8 +37,8 @@ class PageMoved:
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """A page has come that calls itself `name`; `query` stands behind its address. It is `back` where it was here before
-    its connection was lost, and looked at `place` then (None: at what it was made to see)."""
+    """A page has come that calls itself `name`; `query` stands behind its address. It is `back` where it was here
+    before its connection was lost, and looked at `place` then (None: at what it was made to see)."""
 
     name: str
     query: str

@@ -92,7 +92,7 @@ def test_a_session_refers_to_its_log_and_tells_what_became_of_it(
     with open_workbench(copy, browser=False, session=session):
         pass
     moved = copy.rename(tmp_path / "moved.log")
-    with pytest.raises(ConfigError, match="copy.log, which is gone"):
+    with pytest.raises(ConfigError, match=r"copy\.log, which is gone"):
         open_workbench(browser=False, session=session)
     with open_workbench(moved, browser=False, session=session):
         assert "The log has moved: It was" in caplog.text

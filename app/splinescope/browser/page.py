@@ -10,7 +10,7 @@
     page.on_timeline(lambda command, value: ...)     # ("seek", 17), ("speed", 2)
     page.on_row(lambda name, number: ...)            # ("closure", 17)
     page.on_view(lambda: ...)                        # somebody panned, zoomed, connected or left
-    page.on_hello(lambda name, query, back, place: ...)  # a page has come, called so, with these words behind its address
+    page.on_hello(lambda name, query, back, place: ...)  # a page has come, or come back to its place
     page.on_goodbye(lambda client: ...)              # a page has left
     page.on_tab(lambda name: ...)                    # somebody opened this tab
 
