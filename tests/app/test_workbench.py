@@ -371,5 +371,7 @@ def test_the_help_sheet_opens_and_closes(ready: Viewer, open_window: Opener) -> 
     window.page.keyboard.press("?")
     sheet = window.page.get_by_text("Play or pause; at the end")
     expect(sheet).to_be_visible()
+    hidden = window.page.get_by_role("dialog").evaluate("sheet => sheet.scrollHeight - sheet.clientHeight")
+    assert hidden <= 0, "all of it is seen at once"
     window.page.get_by_role("button", name="Close", exact=True).click()
     expect(sheet).to_be_hidden()

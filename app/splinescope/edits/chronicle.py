@@ -45,7 +45,7 @@ class Chronicle:
         self._journal, self._origin, self.history, self.offer = None, None, History(), None
 
     def append(self, operation: Operation) -> None:
-        """Do something, once it is in the journal. Raises EditError or OSError where it cannot be kept."""
+        """Do something, once it is in the journal. Raises EditError where it cannot be kept."""
         if self._origin is None:
             raise EditError("no run is open for edits")
         if self._journal is None:
@@ -58,9 +58,11 @@ class Chronicle:
             self.history, self.offer = self.offer, None
 
     def set_aside(self) -> Path | None:
-        """Begin anew; returns where the edits from before are kept now, None where there are none."""
+        """Begin anew; returns where the edits from before are kept now, None where there are none. Raises EditError
+        where they have to stay where they are."""
         if self._journal is None or self._origin is None:
             return None
+        kept = self._journals.set_aside(self._origin)
         self._journal.close()
         self._journal, self.offer = None, None
-        return self._journals.set_aside(self._origin)
+        return kept

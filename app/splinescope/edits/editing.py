@@ -11,7 +11,7 @@ from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit, splines_made
 from bspline_slam.edits.explain import Explanation
 from bspline_slam.edits.history import Accept, Accepted, GoTo, History, Operation, Switch
 from bspline_slam.edits.journal import Origin
-from bspline_slam.errors import EditError
+from bspline_slam.errors import EditError, as_sentence
 from bspline_slam.scan import ScanLog
 from splinescope.activity import Activity, Work, stage_in_words
 from splinescope.computing import edit_messages as told
@@ -32,7 +32,6 @@ NO_RUN = "Edits are made in the result of a finished run: show one first."
 OFFERED = "There are edits from before: take them up, or set them aside, first."
 MOMENT = 0.3
 """What takes no longer than this (s) is not told of while it goes on."""
-NOT_KEPT = "The journal of edits cannot be written"
 
 
 class Editing:
@@ -203,8 +202,8 @@ class Editing:
         before = self.history
         try:
             self._chronicle.append(operation)
-        except (EditError, OSError) as error:
-            self._tell(Notice("Nothing was changed", f"{NOT_KEPT}: {error}.", bad=True))
+        except EditError as error:
+            self._tell(Notice("Nothing was changed", as_sentence(str(error)), bad=True))
             return
         self.proposal = None
         if self.history.active != before.active:
@@ -222,8 +221,13 @@ class Editing:
         if on:
             self._chronicle.take_up()
             self._make()
+            return
+        try:
+            kept = self._chronicle.set_aside()
+        except EditError as error:
+            self._tell(Notice("The edits stay", as_sentence(str(error)), bad=True))
         else:
-            self._tell(Notice("The edits are set aside", f"They are kept in {self._chronicle.set_aside()}."))
+            self._tell(Notice("The edits are set aside", f"They are kept in {kept}."))
 
     def stop(self) -> None:
         """Leave off making the map: back to the last state that was there, from which redo leads on."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bspline_slam.edits.journal import Journal, Origin
+from bspline_slam.errors import EditError
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,9 @@ class Journals:
         return Journal(self.path(origin), origin)
 
     def set_aside(self, origin: Origin) -> Path:
-        """Give the journal of a result another name; returns that."""
+        """Give the journal of a result another name; returns that. Raises EditError where that is impossible."""
         path = self.path(origin)
-        return path.rename(path.with_suffix(f".{time.time_ns()}.edits"))
+        try:
+            return path.rename(path.with_suffix(f".{time.time_ns()}.edits"))
+        except OSError as error:
+            raise EditError(f"{path} cannot be set aside: {error.strerror}") from None

@@ -17,7 +17,8 @@ ACCEPT: Buttons = {"Accept ⏎": "edit-accept", "Cancel Esc": "leave"}
 MATCH: Buttons = {"Match it": "ghost-match", "Cancel Esc": "leave"}
 PICK: Buttons = {"Cancel Esc": "leave"}
 RULER: Buttons = {"Put the ruler away": "leave"}
-CHOSEN: Buttons = {"Clear": "leave", "Its observation": "observation", "Measure": "measure"}
+CHOSEN: Buttons = {"Clear": "leave", "Measure": "measure"}
+SEGMENT: Buttons = {"Clear": "leave", "Its observation": "observation", "Measure": "measure"}
 NOTHING: Buttons = {"Measure between two things": "measure"}
 
 
@@ -45,7 +46,7 @@ def shown(session: Session) -> list[str]:
     if session.selection is None:
         return [table.paragraph(HINT, "dim"), action_row(session, NOTHING)]
     found = describe(session.selection, session.scan_view, session.map_view, session.findings.steps)
-    return framed(parts(found), action_row(session, CHOSEN))
+    return framed(parts(found), action_row(session, SEGMENT if session.selection.kind == "segment" else CHOSEN))
 
 
 def framed(text: list[str], buttons: str) -> list[str]:

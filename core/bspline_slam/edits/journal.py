@@ -76,7 +76,7 @@ class Journal:
 
     def append(self, operation: Operation) -> History:
         """The history after an operation that is safe on disk now. Raises EditError for one that makes no sense, and
-        OSError where nothing can be written; the history is as before then."""
+        where nothing can be written or somebody has removed the file; the history is as before then."""
         history = self.history.after(operation)
         self._write(operation_to_dict(operation))
         self.history = history
@@ -87,14 +87,16 @@ class Journal:
         self._file.close()
 
     def _write(self, content: Mapping[str, Any]) -> None:
+        if os.fstat(self._file.fileno()).st_nlink == 0:
+            raise EditError(f"{self.path} has been removed: edits would be lost; open the log again to begin it anew")
         check = _check(self._check, content)
         before = self._file.seek(0, os.SEEK_END)
         try:
             self._file.write((json.dumps({"check": check, **content}, ensure_ascii=False) + "\n").encode())
             os.fsync(self._file.fileno())
-        except OSError:
+        except OSError as error:
             self._file.truncate(before)
-            raise
+            raise EditError(f"{self.path} cannot be written: {error.strerror}") from None
         self._check = check
 
 

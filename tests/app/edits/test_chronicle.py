@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
+
+import pytest
 
 from app.desk import LOG, Desk
 from bspline_slam.edits.history import History
@@ -78,3 +82,35 @@ def test_edits_go_with_a_log_that_moved(desk: Desk, tmp_path: Path, sample_run: 
     moved = tmp_path / "elsewhere.log.gz"
     moved.write_bytes(LOG.read_bytes())
     assert Desk(tmp_path, sample_run, log=moved).editing.history == history
+
+
+def test_what_cannot_be_kept_is_a_sentence_and_nothing_is_changed(desk: Desk) -> None:
+    desk.select()
+    desk.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    kept, shown = desk.editing.history, desk.shown
+    desk.journal.unlink()
+    desk.do(ask.Undo())
+    assert (desk.editing.history, desk.shown) == (kept, shown)
+    assert (desk.session.notices[-1].title, desk.session.notices[-1].bad) == ("Nothing was changed", True)
+    assert "has been removed" in desk.session.notices[-1].text
+
+
+def test_edits_that_cannot_be_set_aside_are_still_offered(
+    tmp_path: Path, sample_run: list[Message], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Desk(tmp_path, sample_run, offered=True)
+    first.select()
+    first.do(ask.EditSelected(EditKind.IGNORE), ask.AcceptEdits())
+    first.editing.close()
+    again = Desk(tmp_path, sample_run, offered=True)
+    with monkeypatch.context() as unwritable:
+        unwritable.setattr(Path, "rename", _read_only)
+        again.do(ask.TakeUpEdits(False))
+    assert again.editing.offer is not None
+    assert "cannot be set aside: Read-only file system" in again.session.notices[-1].text
+    again.do(ask.TakeUpEdits(True))
+    assert again.editing.history.active
+
+
+def _read_only(path: Path, target: Path) -> Path:
+    raise OSError(errno.EROFS, os.strerror(errno.EROFS))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -145,6 +146,32 @@ def test_what_makes_no_sense_is_not_written(journal: Journal, path: Path) -> Non
     with pytest.raises(EditError):
         journal.append(GoTo(3))
     assert path.read_bytes() == before
+
+
+def test_a_full_disk_is_a_sentence_and_nothing_is_half_written(
+    journal: Journal, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    journal.append(numbered(1))
+    before = path.read_bytes()
+    with monkeypatch.context() as full:
+        full.setattr(os, "fsync", _full)
+        with pytest.raises(EditError, match=r"a\.edits cannot be written: No space left on device$"):
+            journal.append(numbered(2))
+    assert path.read_bytes() == before
+    journal.append(numbered(3))
+    assert read_journal(path).history == journal.history == History().after(numbered(1)).after(numbered(3))
+
+
+def _full(descriptor: int) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_journal_that_was_removed_is_not_written_into_nothing(journal: Journal, path: Path) -> None:
+    journal.append(numbered(1))
+    path.unlink()
+    with pytest.raises(EditError, match="has been removed"):
+        journal.append(numbered(2))
+    assert journal.history == History().after(numbered(1))
 
 
 def test_kill_minus_nine_loses_nothing_that_was_accepted(path: Path) -> None:
