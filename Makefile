@@ -17,7 +17,7 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 
-bench: $(VENV)/.installed-dev
+bench: $(VENV)/.browser
 	$(BIN)/python tests/bench/run_all.py $(ARGS)
 
 picture: $(VENV)/.browser
