@@ -159,17 +159,21 @@ class Estimation:
             return
         if self.results.shown is result:
             self._take(result)
-        if self.activity is not None and self._measuring == result.number:
-            self._estimator.cancel()
-            self.activity = None
+        self._leave_measuring(result)
         self._measure()
 
     def glimpse(self, ghost: Ghost) -> None:
-        """Show what the result shown nearly becomes."""
+        """Show what the result shown nearly becomes; what is being measured of it would be void."""
         shown = self.results.shown
         if shown is not None and not self.busy:
+            self._leave_measuring(shown)
             self._findings.show(ghost.over(shown.snapshot))
             self._findings.decide(ghost.decided)
+
+    def _leave_measuring(self, result: Result) -> None:
+        if self.activity is not None and self._measuring == result.number:
+            self._estimator.cancel()
+            self.activity = None
 
     def handed(self, number: int, edits: tuple[Edit, ...], amended: bytes) -> None:
         """The result of this number with these edits, packed for the estimator, which measures it now."""
@@ -253,7 +257,7 @@ class Estimation:
             return
         was_shown, result = result is self.results.shown, replace(result, **known)
         self.results = self.results.updated(result)
-        if was_shown:
+        if was_shown and self._findings.snapshot is result.snapshot:
             self._findings.know(result)
 
     def _finished(self, activity: Activity, end: told.Finished) -> None:

@@ -62,10 +62,10 @@ def _pins(edits: tuple[Edit, ...]) -> dict[tuple[str, int], Point]:
 
 def _ties(edits: tuple[Edit, ...], now: Snapshot | None) -> tuple[tuple[Point, Point], ...]:
     """Where the key scans lie that loop closures by hand tie together."""
-    places = (
-        {} if now is None else dict(zip(now.key_scans.tolist(), now.poses[now.key_scans, :2].tolist(), strict=True))
-    )
     closed = dict.fromkeys((edit.earlier, edit.scan) for edit in edits if isinstance(edit, CloseLoop))
+    if now is None or not closed:
+        return ()
+    places = dict(zip(now.key_scans.tolist(), now.poses[now.key_scans, :2].tolist(), strict=True))
     return tuple((tuple(places[a]), tuple(places[b])) for a, b in closed if a in places and b in places)
 
 

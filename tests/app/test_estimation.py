@@ -10,9 +10,13 @@ import pytest
 
 from app.inline import InlineEstimator, deliver, session_with
 from app.logs import MemoryLog
+from bspline_slam import se2
+from bspline_slam.front_end.loop_closure import LoopClosure
+from bspline_slam.spline_map import SplineMap
 from splinescope import commands as ask
 from splinescope.activity import Work
 from splinescope.computing import messages as told
+from splinescope.computing.edit_messages import Ghost
 from splinescope.recipe import Recipe
 from splinescope.result import KEPT
 from splinescope.session import Session
@@ -240,6 +244,31 @@ def test_covariances_that_were_cancelled_are_computed_when_asked_for_again(
     session.apply(ask.ShowResult(2))
     deliver(session, inline)
     assert session.findings.covariances
+
+
+def test_what_is_measured_of_a_result_is_not_shown_of_what_it_nearly_becomes(
+    finished: tuple[Session, InlineEstimator],
+) -> None:
+    session, _ = finished
+    estimation, result = session.estimation, session.result
+    assert estimation is not None
+    assert result is not None
+    quality = result.quality
+    assert quality is not None
+    estimation.amend(replace(result, quality=None, measured=False))
+    assert estimation.activity is not None
+    measuring = estimation.activity.job
+    another = LoopClosure(0, 7, se2.IDENTITY, np.eye(3), 1.0, 1.0, accepted=True, reason="")
+    estimation.glimpse(Ghost(None, SplineMap(), closures=(*result.snapshot.loop_closures, another)))
+    assert estimation.activity is None, "it would be void"
+    session.receive(told.QualityFound(measuring, quality))
+    assert session.findings.quality is None
+    estimation.compare(None)
+    assert estimation.activity is not None
+    session.receive(told.QualityFound(estimation.activity.job, quality))
+    assert session.findings.quality is None
+    assert session.result is not None
+    assert session.result.quality is quality
 
 
 def test_the_oldest_result_falls_out_and_that_is_said(finished: tuple[Session, InlineEstimator]) -> None:
