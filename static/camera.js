@@ -2,6 +2,7 @@
 // may turn it about the vertical.
 
 import { connected, on, send, viewer } from "./channel.js";
+import { together } from "./lines.js";
 
 const MIN_VIEW = 0.2; // m from top to bottom
 const MAX_VIEW = 5000;
@@ -217,7 +218,11 @@ function dress() {
   const { scene, canvas } = viewer();
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", "The map, seen from above");
-  if (scene) scene.onBeforeRender = (renderer) => (renderer.toneMapping = 0);
+  if (!scene) return;
+  scene.onBeforeRender = (renderer) => {
+    renderer.toneMapping = 0;
+    together(scene);
+  };
 }
 
 // The viewer may replace its controls, lose its connection or change its size at any time.

@@ -5,6 +5,7 @@ import { start as startActions } from "./actions.js";
 import { start as startBox } from "./box.js";
 import { start as startCamera } from "./camera.js";
 import { open } from "./channel.js";
+import { start as startFrames } from "./frames.js";
 import { start as startGrid } from "./grid.js";
 import { start as startKeys } from "./keys.js";
 import { start as startLegend } from "./legend.js";
@@ -21,6 +22,7 @@ import { start as startVisit } from "./visit.js";
 import { start as startZoom } from "./zoom.js";
 
 open();
+startFrames();
 startGrid();
 startOverlay();
 startLegend();

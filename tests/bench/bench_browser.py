@@ -33,7 +33,7 @@ from splinescope.viewer import Viewer
 
 EDITS = 44
 SECONDS = 120.0
-READING = 0.5
+READING = 1.0
 """How long (s) a person looks at a preview, at the least."""
 WATCH = """
 () => {
