@@ -58,6 +58,7 @@ class Worker:
             return
         inbox, outbox = self._context.Pipe(duplex=False)
         self._requests, self._sent = self._context.Queue(), None
+        self._requests.cancel_join_thread()  # what a process that is gone has not read must not hold this one up
         process = self._process = self._context.Process(
             target=serve,
             args=(self._requests, outbox, self._cancelled, self._jobs, self._niceness),

@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import queue
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app.chromium import PATIENCE
 from app.logs import corridor_log, file_of, write_carmen
 from app.running import COMPILING
 from bspline_slam.logs import open_log
@@ -111,3 +114,24 @@ def test_a_killed_process_is_a_sentence_and_is_replaced(running: tuple[Worker, U
 def test_an_obituary_names_the_reason() -> None:
     assert "SIGSEGV" in obituary(-signal.SIGSEGV)
     assert "exit code 3" in obituary(3)
+
+
+ENDING = """
+import os, signal
+from pathlib import Path
+from bspline_slam.slam import SlamConfig
+from splinescope.computing.messages import LogFile
+from splinescope.computing.packed_result import PackedResult
+from splinescope.computing.worker import Worker
+
+worker = Worker(lambda message: None)
+worker.start()
+os.kill(worker.process_id, signal.SIGSTOP)
+worker.solve(LogFile(Path("a.log"), ""), PackedResult(bytes(10_000_000), SlamConfig(), (), None))
+worker.close()
+"""
+
+
+def test_a_program_ends_although_the_estimator_did_not_read_all_that_it_was_sent() -> None:
+    ended = subprocess.run([sys.executable, "-c", ENDING], timeout=PATIENCE, check=False)
+    assert ended.returncode == 0
