@@ -8,12 +8,13 @@ const FOR_THE_SCRIPT = "RunJavascriptMessage";
 let followed = null;
 
 function follow(internals) {
+  const { messageQueue } = internals;
+  const takeIn = () => messageQueue.length && internals.getRenderRequestState === "ready" && internals.drainMessageQueue?.();
   let draw = internals.requestRender;
   const request = () => {
-    const { messageQueue, drainMessageQueue, getRenderRequestState } = internals;
     const unseen = messageQueue.length > 0 && messageQueue.every(({ type }) => type === FOR_THE_SCRIPT);
-    if (messageQueue.length && getRenderRequestState === "ready") drainMessageQueue?.();
-    if (!unseen || messageQueue.length) draw();
+    if (messageQueue.length) queueMicrotask(takeIn); // not in the middle of what asks for a picture
+    if (!unseen) draw();
   };
   Object.defineProperty(internals, "requestRender", { configurable: true, get: () => request, set: (made) => (draw = made) });
   followed = internals;
