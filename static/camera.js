@@ -127,7 +127,7 @@ function changed() {
 }
 
 function keep({ x, y, metresPerPixel }) {
-  if (connected() && viewer().sendMessage !== sender) adrift = true;
+  if (connected() && viewer().sendMessage !== sender) adrift = sender !== null;
   if (!adrift && !aim) kept = touched ? [x, y, metresPerPixel] : null;
 }
 
