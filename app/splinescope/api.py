@@ -41,7 +41,6 @@ from splinescope.browser.page import open_page
 from splinescope.computing.solution import Solution
 from splinescope.log_choice import first_log
 from splinescope.paths import find_log
-from splinescope.posted import Barrier
 from splinescope.recognition import recognition
 from splinescope.session import Session
 from splinescope.view import Selection
@@ -134,7 +133,7 @@ class Workbench:
     def do(self, command: ask.Command) -> None:
         """Apply any command, as a page would; returns when it is done."""
         self._viewer.post(command)
-        self._pass()
+        self._viewer.caught_up()
 
     def open(self, log: str | Path) -> None:
         """Open a log, by its path or the name of a sample, and begin to process it; one that has moved or changed since
@@ -251,12 +250,6 @@ class Workbench:
         session = self.session
         return session.activity is None and session.opening is None and not session.editing.making
 
-    def _pass(self) -> None:
-        """Wait until the viewer has done all that was asked of it before."""
-        barrier = Barrier(threading.Event())
-        self._viewer.post(barrier)
-        barrier.passed.wait()
-
     def _until(self, condition: Callable[[], Any], seconds: float | None = None) -> None:
         """Wait until a condition holds, also after the viewer is through with what it was doing: half of a change would
         do otherwise."""
@@ -265,5 +258,5 @@ class Workbench:
             with self._changed:
                 if not self._changed.wait_for(condition, seconds):
                     raise TimeoutError(f"the workbench was not ready after {seconds:g} s")
-            self._pass()
+            self._viewer.caught_up()
             held = condition()

@@ -33,7 +33,6 @@ from splinescope.edits.journals import Journals
 from splinescope.guide import Guide
 from splinescope.notice import Notice
 from splinescope.panels import closures, decisions, edit_lists
-from splinescope.paths import SAMPLE, find_log
 from splinescope.posted import Arrival, Barrier, Box, Click, FromEditor, Goodbye, Hello, PageMoved, Posted
 from splinescope.presenter import Presenter
 from splinescope.reception import Reception
@@ -57,19 +56,19 @@ KEEPING = 1.0
 
 
 def view(
-    log: Path | None,
+    log: Path,
     *,
     host: str = "127.0.0.1",
     port: int = 8080,
     browser: bool = True,
     session: Path | None = None,
 ) -> None:
-    """Serve the page until interrupted, with `log` (or the first sample) being processed.
+    """Serve the page until interrupted, with `log` being processed.
 
     `session` is the file that remembers layers and theme. Raises SplineSlamError when the address cannot be had.
     """
     viewer = Viewer(open_page(host, port, title="SplineScope"), session or prefs.default_path())
-    viewer.post(ask.OpenLog(log or find_log(SAMPLE)))
+    viewer.post(ask.OpenLog(log))
     print(*viewer.addresses, sep="\n", flush=True)  # noqa: T201
     if browser:
         threading.Thread(target=webbrowser.open, args=(viewer.address,), daemon=True).start()
@@ -137,6 +136,12 @@ class Viewer:
     def post(self, item: Posted) -> None:
         """Hand something to the owner thread."""
         self._inbox.put(Arrival(item, asker()))
+
+    def caught_up(self, seconds: float | None = None) -> bool:
+        """Wait until all that was posted before is done, but no longer than so many seconds; whether it is."""
+        barrier = Barrier(threading.Event())
+        self.post(barrier)
+        return barrier.passed.wait(seconds)
 
     def on_change(self, callback: Callable[[], None]) -> None:
         """Call back, on the owner's thread, whenever something in the session has changed."""

@@ -10,7 +10,6 @@ from pathlib import Path
 from app.chromium import PATIENCE, until
 from splinescope.browser.page import open_page
 from splinescope.commands import OpenLog
-from splinescope.posted import Barrier
 from splinescope.viewer import Viewer
 
 COMPILING = 600.0
@@ -22,16 +21,9 @@ def settled(viewer: Viewer, condition: Callable[[], bool], what: str, seconds: f
     another thread, half of a change would do."""
 
     def seen() -> bool:
-        return condition() and passed(viewer) and condition()
+        return condition() and viewer.caught_up(PATIENCE) and condition()
 
     until(seen, what, seconds)
-
-
-def passed(viewer: Viewer) -> bool:
-    """Wait until the application has done all that was asked of it before."""
-    barrier = Barrier(threading.Event())
-    viewer.post(barrier)
-    return barrier.passed.wait(PATIENCE)
 
 
 @contextmanager

@@ -23,7 +23,7 @@ from playwright.sync_api import sync_playwright
 
 import chromium
 from app.chromium import Window, opened, until
-from app.running import COMPILING, passed, running_viewer
+from app.running import COMPILING, running_viewer
 from bench.bench_edits import KINDS, edit_on
 from bench.recordings import largest_recording
 from bspline_slam.edits.edit import FIRST_MADE_BY_HAND, Edit
@@ -114,7 +114,7 @@ def measured(viewer: Viewer, window: Window, base: Snapshot, number: int, kind: 
     start, before = time.perf_counter(), len(editing.history.active)
     window.page.keyboard.press("Enter")
     until(lambda: len(editing.history.active) > before, "the edit", SECONDS)
-    until(lambda: passed(viewer) and not editing.making, "the map", SECONDS)
+    until(lambda: viewer.caught_up() and not editing.making, "the map", SECONDS)
     settled = time.perf_counter() - start
     if not moves:
         return Times(np.nan, np.nan, 1000 * settled)
@@ -132,7 +132,7 @@ def previewed(viewer: Viewer, scan: int, edit: Edit) -> bool:
         proposal = viewer.session.editing.proposal
         return proposal is not None and proposal.preview is not None and proposal.preview.final
 
-    until(lambda: passed(viewer) and final(), "the preview", SECONDS)
+    until(lambda: viewer.caught_up() and final(), "the preview", SECONDS)
     proposal = viewer.session.editing.proposal
     assert proposal is not None
     assert proposal.preview is not None
