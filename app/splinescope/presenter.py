@@ -29,7 +29,7 @@ PANELS_PER_SECOND = 8.0
 MARKS_PER_SECOND = 1.0
 LONGEST_REST = 0.25
 AFTER_DRAWING = 0.03
-"""Panels wait so long (s) after the beginning of a drawing, so that the picture leaves first."""
+"""Panels and marks wait so long (s) after the beginning of a drawing, so that the picture leaves first."""
 
 
 class Presenter:
@@ -61,12 +61,16 @@ class Presenter:
         if self._session.revision != self._refreshed:
             due.append(self._panels_due)
         if self._marks_of != self._to_be_marked:
-            due.append(max(self._panels_due, self._mark_time + 1.0 / MARKS_PER_SECOND))
+            due.append(self._marks_due)
         return max(min(due) - time.monotonic(), 0.001)
 
     @property
     def _panels_due(self) -> float:
         return max(self._panel_time + 1.0 / PANELS_PER_SECOND, self._draw_time + AFTER_DRAWING)
+
+    @property
+    def _marks_due(self) -> float:
+        return max(self._mark_time + 1.0 / MARKS_PER_SECOND, self._draw_time + AFTER_DRAWING)
 
     @property
     def _to_be_marked(self) -> tuple[object, ...]:
@@ -83,7 +87,7 @@ class Presenter:
         elif session.revision != self._refreshed and now >= self._panels_due:
             self._panel_time, self._refreshed = now, session.revision
             self._refresh()
-        elif self._marks_of != self._to_be_marked and now - self._mark_time >= 1.0 / MARKS_PER_SECOND:
+        elif self._marks_of != self._to_be_marked and now >= self._marks_due:
             self._marks_of, self._mark_time = self._to_be_marked, now
             self._marks = marks(session.findings)
             self._page.timeline(self._timeline())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
 
 from bspline_slam.edits.decisions import Decisions
 from bspline_slam.slam import Snapshot
@@ -25,7 +24,7 @@ def ghost_of(before: Snapshot, decisions: Decisions) -> Ghost:
         or old.shape != spline.curve.control_points.shape
         or np.abs(old - spline.curve.control_points).max() > MOVED
     )
-    poses = poses_at(before, decisions)
+    poses = before.poses_with(decisions.poses)
     moved = np.linalg.norm((poses - before.poses)[:, :2], axis=1).max(initial=0.0) > MOVED
     kept = {spline.id for spline in decisions.splines}
     decided = {
@@ -36,8 +35,3 @@ def ghost_of(before: Snapshot, decisions: Decisions) -> Ghost:
     closures = decisions.closures if decisions.closures is not before.loop_closures else None
     gone = tuple(number for number in now if number not in kept)
     return Ghost(poses if moved else None, SplineMap(different), gone, decided, closures)
-
-
-def poses_at(snapshot: Snapshot, decisions: Decisions) -> Float[np.ndarray, "scans 3"]:
-    """The poses of all scans when the key poses of a snapshot go to those of decisions."""
-    return snapshot.poses_with(decisions.poses)
